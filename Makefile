@@ -1,0 +1,38 @@
+# Two commands do everything on a fresh machine: `make demo` and `make test`.
+# Each makes its own .venv by the standard library; README shows the same steps without make.
+PYTHON ?= python3
+BIN = .venv/bin
+WORKERS ?= auto
+
+.PHONY: demo test lint typing check clean
+
+demo: .venv/user
+	$(BIN)/baroarma demo --out demo
+
+test: .venv/dev
+	$(BIN)/python -m pytest -n $(WORKERS)
+
+lint: .venv/dev
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+
+typing: .venv/dev
+	rm -rf build
+	$(BIN)/python -m pip install --quiet --no-deps --upgrade --target build/typing .
+	$(BIN)/mypy
+
+check: lint typing test
+
+.venv/bin/python:
+	$(PYTHON) -m venv .venv
+
+.venv/user: .venv/bin/python pyproject.toml setup.cfg
+	$(BIN)/python -m pip install --quiet -e .
+	touch $@
+
+.venv/dev: .venv/bin/python pyproject.toml setup.cfg
+	$(BIN)/python -m pip install --quiet -e '.[dev]'
+	touch .venv/user $@
+
+clean:
+	rm -rf .venv build demo *.egg-info

@@ -1,0 +1,1 @@
+"""Simulated motions and sensors."""

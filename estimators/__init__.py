@@ -1,0 +1,1 @@
+"""Estimators: recordings and noise models in, states out."""

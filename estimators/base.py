@@ -1,0 +1,157 @@
+"""The two interfaces of this room: attitude estimators and height estimators.
+
+Data goes one way: accelerometer and gyro -> attitude -> vertical acceleration -> height and velocity, with
+the barometer joining at the height.  A tightly coupled height estimator (`input = "imu"`) takes the IMU
+itself and needs no attitude estimator before it.
+
+`step` is the definition, `run` its repetition: row k of `run` is what the k-th `step` returns, the state *at
+t_k* from samples up to t_k.  `reset` makes an estimator new.  No sample (NaN) means no update.  Everything is
+SI, world z up, quaternions scalar last and body -> world.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baroarma.atmosphere import STANDARD_GRAVITY
+
+Signal = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """What a second of rest says before the motion starts.
+
+    Parameters
+    ----------
+    up : tuple of float
+        Unit vector in body axes that points up: the mean specific force, normalised.
+    gyro_bias : tuple of float
+        Mean angular rate at rest, rad/s.
+    gravity : float
+        Mean modulus of the specific force, m/s² (an accelerometer's scale error included).
+    """
+
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    gyro_bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    gravity: float = STANDARD_GRAVITY
+
+
+class AttitudeState(NamedTuple):
+    """Tilt and what follows from it at one instant."""
+
+    up: Signal
+    """Unit vector in body axes that points up, (3,)."""
+    acceleration: float
+    """Vertical acceleration, m/s², up; NaN without an accelerometer sample."""
+    acceleration_sd: float
+    """Its standard deviation, m/s²: sensor noise and tilt uncertainty."""
+
+
+class AttitudeRun(NamedTuple):
+    """`AttitudeState` of every row: up (n, 3), acceleration (n,), acceleration_sd (n,)."""
+
+    up: Signal
+    acceleration: Signal
+    acceleration_sd: Signal
+
+
+class HeightState(NamedTuple):
+    """Height (m) and vertical velocity (m/s), up, with standard deviations, at one instant."""
+
+    height: float
+    velocity: float
+    height_sd: float
+    velocity_sd: float
+
+
+class HeightRun(NamedTuple):
+    """`HeightState` of every row, each (n,)."""
+
+    height: Signal
+    velocity: Signal
+    height_sd: Signal
+    velocity_sd: Signal
+
+
+class AttitudeEstimator(ABC):
+    """Turn accelerometer and gyro samples into tilt and vertical acceleration."""
+
+    @abstractmethod
+    def reset(self, alignment: Alignment | None = None) -> None:
+        """Start anew from an alignment (default: body z up, no gyro bias, standard gravity)."""
+
+    @abstractmethod
+    def step(
+        self, *, dt: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
+    ) -> AttitudeState:
+        """Take one sample.
+
+        Parameters
+        ----------
+        dt : float
+            Time since the previous sample in s; what it is on the first step has no effect.
+        accel, gyro : ndarray, shape (3,)
+            Specific force in m/s², angular rate in rad/s; NaN where there is no new sample.
+        attitude : ndarray, shape (4,), optional
+            A reference attitude, for the estimator that merely passes it on.
+        """
+
+    @abstractmethod
+    def run(self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None) -> AttitudeRun:
+        """Take all samples: t (n,), accel (n, 3), gyro (n, 3), attitude (n, 4) or None."""
+
+
+class HeightEstimator(ABC):
+    """Turn vertical acceleration (or the IMU) and barometric height into height and velocity."""
+
+    input: ClassVar[Literal["acceleration", "imu"]] = "acceleration"
+    """What it integrates: a vertical acceleration, or accelerometer and gyro themselves."""
+
+    @abstractmethod
+    def reset(self, alignment: Alignment | None = None) -> None:
+        """Start anew at height 0 and velocity 0."""
+
+    @abstractmethod
+    def step(
+        self,
+        *,
+        dt: float,
+        altitude: float,
+        acceleration: float = float("nan"),
+        acceleration_sd: float = float("nan"),
+        accel: Signal | None = None,
+        gyro: Signal | None = None,
+    ) -> HeightState:
+        """Take one sample.
+
+        Parameters
+        ----------
+        dt : float
+            Time since the previous sample in s; what it is on the first step has no effect.
+        altitude : float
+            Barometric height relative to the start in m; NaN: no new sample.
+        acceleration : float
+            Vertical acceleration in m/s², up; NaN: no new sample, the last one is held.
+        acceleration_sd : float
+            Its standard deviation; NaN: the estimator's own setting.
+        accel, gyro : ndarray, shape (3,), optional
+            The IMU itself, for `input = "imu"`.
+        """
+
+    @abstractmethod
+    def run(
+        self,
+        t: Signal,
+        altitude: Signal,
+        acceleration: Signal | None = None,
+        acceleration_sd: Signal | None = None,
+        accel: Signal | None = None,
+        gyro: Signal | None = None,
+    ) -> HeightRun:
+        """Take all samples, each (n,) or (n, 3)."""

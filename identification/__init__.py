@@ -1,0 +1,1 @@
+"""Identification: recordings in, noise models out."""
