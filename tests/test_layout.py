@@ -45,7 +45,9 @@ def test_every_example_in_a_docstring_runs(name):
 def test_no_module_is_imported_by_its_bare_folder_name():
     for path in [*ROOT.glob("*/**/*.py")]:
         if not {".venv", "build"} & set(path.relative_to(ROOT).parts):
-            bare = re.search(r"^\s*(from|import) (identification|estimators)\b", path.read_text(), re.MULTILINE)
+            bare = re.search(
+                r"^\s*(from|import) (identification|estimators)\b", path.read_text(), re.MULTILINE
+            )
             assert bare is None, f"{path}: {bare and bare.group()}"
 
 

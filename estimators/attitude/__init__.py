@@ -1,0 +1,1 @@
+"""Attitude estimators: accelerometer and gyro in, tilt and vertical acceleration out."""

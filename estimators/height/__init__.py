@@ -1,0 +1,1 @@
+"""Height estimators: vertical acceleration (or the IMU) and barometric height in, height and velocity out."""
