@@ -92,7 +92,8 @@ class ArmaModel:
     def __repr__(self) -> str:
         ar = ", ".join(f"{c:.4g}" for c in self.ar)
         ma = ", ".join(f"{c:.4g}" for c in self.ma)
-        return f"<ArmaModel({len(self.ar)}, {len(self.ma)}): a = [{ar}], b = [{ma}], sd {self.sd:.4g}, {self.dt:g} s>"
+        orders = f"{len(self.ar)}, {len(self.ma)}"
+        return f"<ArmaModel({orders}): a = [{ar}], b = [{ma}], sd {self.sd:.4g}, {self.dt:g} s>"
 
     def autocovariance(self, lags: int) -> NDArray[np.float64]:
         """Return the autocovariance at lags 0 ... `lags` samples, in squared units of y."""

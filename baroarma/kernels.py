@@ -9,9 +9,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def gauss_markov(w: NDArray[np.float64], steps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Turn unit white noise into unit-variance Gauss-Markov noise; `steps` (n,) are dt/tau, the first unused."""
+    """Turn unit white noise into unit Gauss-Markov noise; `steps` (n,) are dt/tau, the first unused."""
     out = np.empty_like(w)
     if len(w):
         out[0] = w[0]

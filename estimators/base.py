@@ -127,6 +127,7 @@ class HeightEstimator(ABC):
         acceleration_sd: float = float("nan"),
         accel: Signal | None = None,
         gyro: Signal | None = None,
+        at_rest: bool = False,
     ) -> HeightState:
         """Take one sample.
 
@@ -142,6 +143,8 @@ class HeightEstimator(ABC):
             Its standard deviation; NaN: the estimator's own setting.
         accel, gyro : ndarray, shape (3,), optional
             The IMU itself, for `input = "imu"`.
+        at_rest : bool
+            Whether something that knows (a rest detector) says that the device does not move now.
         """
 
     @abstractmethod
@@ -153,5 +156,6 @@ class HeightEstimator(ABC):
         acceleration_sd: Signal | None = None,
         accel: Signal | None = None,
         gyro: Signal | None = None,
+        at_rest: NDArray[np.bool_] | None = None,
     ) -> HeightRun:
-        """Take all samples, each (n,) or (n, 3)."""
+        """Take all samples, each (n,) or (n, 3); the first row takes no time, whatever came before."""

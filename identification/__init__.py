@@ -1,1 +1,13 @@
-"""Identification: recordings in, noise models out."""
+"""Identification: recordings in, noise models out.
+
+`identify` is the door; the modules behind it are one step each: `preprocessing`, `arma_fit` and `windows` for
+SG13's recipe, `structural` and `intervals` for maximum likelihood on the raw samples, `diagnostics`,
+`surrogates` and `allan` for second opinions, `verdict` for what to believe.
+"""
+
+from baroarma.identification.arma_fit import fit_arma
+from baroarma.identification.identify import Identification, identify
+from baroarma.identification.population import compare_models, pool
+from baroarma.identification.preprocessing import WindowSettings
+
+__all__ = ["Identification", "WindowSettings", "compare_models", "fit_arma", "identify", "pool"]

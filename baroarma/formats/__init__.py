@@ -1,1 +1,189 @@
-"""File formats: files in, recordings out."""
+"""File formats: files in, recordings out.
+
+`read` turns the files of one recording into a `Recording`: values checked, streams on one clock, held
+samples blanked, impossible units named.  `read_all` does so for many.  `write_csv` is the way back.
+The columns are listed in `baroarma.formats.columns`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from baroarma.formats.columns import COLUMNS, WRITTEN
+from baroarma.formats.errors import UnreadableError
+from baroarma.formats.held_samples import drop_held_samples
+from baroarma.recording import Recording
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from baroarma.formats.table import Table
+
+__all__ = ["UnreadableError", "drop_held_samples", "read", "read_all", "write_csv"]
+
+StrPath = str | os.PathLike[str]
+
+
+def read(*paths: StrPath, mapping: Mapping[str, str] | None = None, name: str | None = None) -> Recording:
+    r"""Read the file, or the files, of one recording.
+
+    Parameters
+    ----------
+    *paths : str or path
+        CSV (`.csv`, `.csv.gz`) or Parquet (`.parquet`); several are streams of one recording on a common
+        clock, of which one has the pressure.
+    mapping : mapping of str to str, optional
+        Our column name -> the file's, such as ``{"pressure_pa": "BaroPress"}``.
+    name : str, optional
+        What to call the recording; default: the first file's name without suffixes.
+
+    Returns
+    -------
+    Recording
+        Held samples are NaN; `notes` says what was noticed, `source` the files' names and SHA-256.
+
+    Raises
+    ------
+    UnreadableError
+        If a file can't be understood; one sentence with file, line, value and what to do.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "bench.csv"
+    ...     _ = path.write_text("time_s,pressure_hpa\n0.0,1013.25\n0.1,1013.27\n0.2,\n")
+    ...     read(path)
+    <Recording 'bench': 3 rows, 0.2 s, pressure 2 samples at 10 Hz>
+    """
+    if not paths:
+        raise ValueError("read() needs at least one file; it got none")
+    tables = [_table(os.fspath(path), mapping) for path in paths]
+    _refuse_unused(tables, mapping)
+    return _recording(tables, name)
+
+
+def read_all(paths: Sequence[StrPath], *, mapping: Mapping[str, str] | None = None) -> list[Recording]:
+    """Read many recordings: a file with pressure starts one, files without it belong to the one before.
+
+    Parameters
+    ----------
+    paths : sequence of str or path
+        The files in order.
+    mapping : mapping of str to str, optional
+        As for `read`; it applies to every file that has such a column.
+
+    Raises
+    ------
+    UnreadableError
+        As `read`; or if the first file has no pressure.
+    """
+    tables = [_table(os.fspath(path), mapping) for path in paths]
+    _refuse_unused(tables, mapping)
+    groups: list[list[Table]] = []
+    for table in tables:
+        if not groups or any(COLUMNS[column].field == "pressure" for column in table.values):
+            groups.append([])
+        groups[-1].append(table)
+    return [_recording(group, None) for group in groups]
+
+
+def write_csv(recording: Recording, path: StrPath) -> None:
+    """Write a recording with the documented columns, complete or not at all.
+
+    Parameters
+    ----------
+    recording : Recording
+        What to write; name, notes and source are not part of the file.
+    path : str or path
+        ``.csv.gz`` is compressed, ``.parquet`` becomes Parquet, everything else CSV.  NaN is an empty cell;
+        floats read back exactly.
+    """
+    from baroarma.formats.csv import write_csv as write_text
+    from baroarma.formats.parquet import write_parquet
+
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise ValueError(f"{target}: there is no folder {target.parent}; make it first")
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    try:
+        if target.suffix == ".parquet":
+            write_parquet(_frame(recording), str(temporary))
+        else:
+            write_text(_frame(recording), str(temporary), compress=target.suffix == ".gz")
+        temporary.replace(target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _frame(recording: Recording) -> DataFrame:
+    import pandas as pd
+
+    columns = {}
+    for column in WRITTEN:
+        value = getattr(recording, COLUMNS[column].field)
+        if value is not None:
+            axis = COLUMNS[column].axis
+            columns[column] = value if axis is None else value[:, axis]
+    return pd.DataFrame(columns)
+
+
+def _table(path: str, mapping: Mapping[str, str] | None) -> Table:
+    from baroarma.formats.csv import read_csv
+    from baroarma.formats.parquet import read_parquet
+    from baroarma.formats.table import checked
+
+    if os.path.isdir(path):
+        raise UnreadableError(f"{path}: this is a folder; name the file in it")
+    try:
+        return checked((read_parquet if path.endswith(".parquet") else read_csv)(path, mapping))
+    except FileNotFoundError as error:
+        raise UnreadableError(f"{path}: there is no such file; check the name") from error
+    except OSError as error:
+        raise UnreadableError(
+            f"{path}: the file can't be opened ({error.strerror}); check its permissions"
+        ) from error
+
+
+def _refuse_unused(tables: Sequence[Table], mapping: Mapping[str, str] | None) -> None:
+    headers = {column for table in tables for column in table.header}
+    for ours, theirs in (mapping or {}).items():
+        if theirs not in headers:
+            raise UnreadableError(
+                f"{', '.join(table.path for table in tables)}: no column is called {theirs!r}, the name "
+                f"mapped to {ours}; check its spelling in the first line"
+            )
+
+
+def _recording(tables: Sequence[Table], name: str | None) -> Recording:
+    from baroarma.formats.streams import merge
+    from baroarma.formats.units import unit_findings
+
+    recording = drop_held_samples(merge(tables))
+    paths = [Path(table.path) for table in tables]
+    return replace(
+        recording,
+        name=_stem(paths) if name is None else name,
+        notes=(*recording.notes, *unit_findings(recording)),
+        source={"name": " + ".join(path.name for path in paths), "sha256": _sha256(paths)},
+    )
+
+
+def _stem(paths: Sequence[Path]) -> str:
+    stem = paths[0].name.removesuffix(".gz")
+    stem = stem.rpartition(".")[0] or stem
+    return stem.removesuffix("_baro") if len(paths) > 1 else stem
+
+
+def _sha256(paths: Sequence[Path]) -> str:
+    digest = hashlib.sha256()
+    for path in paths:
+        with path.open("rb") as file:
+            while block := file.read(1 << 20):
+                digest.update(block)
+    return digest.hexdigest()

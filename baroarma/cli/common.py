@@ -1,0 +1,105 @@
+"""What the commands share: options, reading, writing, progress."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from baroarma.recording import Recording
+
+F = TypeVar("F", bound=Callable[..., Any])
+T = TypeVar("T")
+
+
+class Refusal(Exception):  # noqa: N818 -- the program works; it is the data that refuse
+    """The data don't support the request: exit code 1."""
+
+
+def json_option(command: F) -> F:
+    """Add ``--json``."""
+    return click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")(command)
+
+
+def recordings_argument(command: F) -> F:
+    """Add the files, ``--map``, ``--start`` and ``--stop``."""
+    for decorate in (
+        click.option("--stop", type=float, metavar="S", help="Use the rows before this time."),
+        click.option("--start", type=float, metavar="S", help="Use the rows from this time on."),
+        click.option(
+            "--map",
+            "mapping",
+            multiple=True,
+            metavar="COLUMN=NAME",
+            help="Say what the file calls a column, such as pressure_pa=BaroPress (repeatable).",
+        ),
+        click.argument("files", nargs=-1, required=True, metavar="RECORDING..."),
+    ):
+        command = decorate(command)
+    return command
+
+
+def read_recordings(
+    files: Sequence[str], mapping: Sequence[str], start: float | None, stop: float | None
+) -> list[Recording]:
+    """Read the files; one with pressure starts a recording, those without belong to the one before."""
+    from baroarma.formats import read_all
+
+    recordings = read_all(files, mapping=_pairs(mapping) or None)
+    if start is None and stop is None:
+        return recordings
+    cut = [
+        r.between(-float("inf") if start is None else start, float("inf") if stop is None else stop)
+        for r in recordings
+    ]
+    for recording in cut:
+        if not len(recording):
+            raise click.UsageError(f"{recording.name} has no rows from {start} s to {stop} s")
+    return cut
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a file complete or not at all."""
+    target = Path(path)
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def print_json(value: object) -> None:
+    """Print one JSON document; NaN in it is a bug, not an output."""
+    click.echo(json.dumps(value, indent=2, allow_nan=False))
+
+
+def say(message: str) -> None:
+    """Tell the user something that is not the result."""
+    click.echo(message, err=True)
+
+
+def with_progress(items: Sequence[T], what: str) -> Iterator[T]:
+    """Iterate with a progress bar on stderr, if there is more than one item and a terminal to see it."""
+    import sys
+
+    if len(items) < 2 or not sys.stderr.isatty():
+        yield from items
+        return
+    from rich.console import Console
+    from rich.progress import track
+
+    tracked: Iterable[T] = track(items, description=what, console=Console(stderr=True), transient=True)
+    yield from tracked
+
+
+def _pairs(mapping: Sequence[str]) -> dict[str, str]:
+    pairs = dict(pair.split("=", 1) for pair in mapping if "=" in pair)
+    if len(pairs) != len(mapping):
+        raise click.UsageError(f"--map takes COLUMN=NAME once per column, but got {', '.join(mapping)}")
+    return pairs

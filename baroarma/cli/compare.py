@@ -1,0 +1,54 @@
+"""`baroarma compare`: the bake-off."""
+
+from __future__ import annotations
+
+import click
+
+from baroarma.cli.common import Refusal, json_option, print_json, read_recordings, recordings_argument
+from baroarma.cli.track import load_noise
+
+
+@click.command(short_help="Compare presets on recordings.")
+@recordings_argument
+@click.option("--noise", "noise_file", metavar="N.json", help="Noise model that `baroarma identify` wrote.")
+@click.option("--presets", metavar="A,B,...", help="Presets to compare; default: all.")
+@click.option(
+    "--reference-lag",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="S",
+    help="How late the reference is; its errors are taken against the reference shifted back by so much.",
+)
+@json_option
+def compare(
+    files: tuple[str, ...],
+    mapping: tuple[str, ...],
+    start: float | None,
+    stop: float | None,
+    noise_file: str | None,
+    presets: str | None,
+    reference_lag: float,
+    as_json: bool,
+) -> None:
+    """Run several presets on each RECORDING and show errors against its reference, if it has one.
+
+    Track and reference are both zeroed over the first second.  Without a reference, closure tells where a
+    ride that should end at 0 ends.
+    """
+    from baroarma.comparison import compare as compare_presets
+
+    noise = load_noise(noise_file)
+    names = None if presets is None else tuple(name.strip() for name in presets.split(","))
+    recordings = read_recordings(files, mapping, start, stop)
+    found = [
+        compare_presets(recording, presets=names, noise=noise, reference_lag=reference_lag)
+        for recording in recordings
+    ]
+    if as_json:
+        documents = [comparison.to_dict() for comparison in found]
+        print_json(documents[0] if len(documents) == 1 else {"recordings": documents})
+    else:
+        click.echo("\n\n".join(comparison.summary() for comparison in found))
+    if all(row.track is None for comparison in found for row in comparison.rows):
+        raise Refusal("no preset could track this: " + found[0].rows[0].refusal)

@@ -1,0 +1,125 @@
+"""`baroarma track`: recordings in, height and vertical velocity out; row by row from stdin."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from baroarma.cli.common import Refusal, json_option, print_json, read_recordings, recordings_argument, say
+from baroarma.presets import PRESETS
+
+if TYPE_CHECKING:
+    from baroarma.noise_model import NoiseModel
+    from baroarma.tracker import Tracker
+
+
+class BackEnd(click.ParamType[str]):
+    """A back-end's name; the names are looked up, plug-ins included, when the help is shown."""
+
+    name = "name"
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        """Return the names as they stand in the help."""
+        from baroarma.estimators import registry
+
+        names = registry.attitude_names() if self.kind == "attitude" else registry.height_names()
+        return "[" + "|".join(names) + "]"
+
+
+@click.command(short_help="Estimate height and vertical velocity.")
+@recordings_argument
+@click.option("--noise", "noise_file", metavar="N.json", help="Noise model that `baroarma identify` wrote.")
+@click.option(
+    "--preset",
+    type=click.Choice(list(PRESETS)),
+    default="baroarma",
+    show_default=True,
+    help="A paper's chain.",
+)
+@click.option("--attitude", type=BackEnd("attitude"), help="Another attitude estimator than the preset's.")
+@click.option("--height", type=BackEnd("height"), help="Another height estimator.")
+@click.option(
+    "--conditioning",
+    type=click.Choice(["none", "average", "average+whitening"]),
+    help="Another conditioning of the altitude.",
+)
+@click.option("--out", type=click.Path(dir_okay=False), help="Write the track here; default: CSV to stdout.")
+@json_option
+def track(
+    files: tuple[str, ...],
+    mapping: tuple[str, ...],
+    start: float | None,
+    stop: float | None,
+    noise_file: str | None,
+    preset: str,
+    attitude: str | None,
+    height: str | None,
+    conditioning: str | None,
+    out: str | None,
+    as_json: bool,
+) -> None:
+    """Estimate height and vertical velocity of a RECORDING from its IMU and barometer.
+
+    With - as RECORDING, CSV rows are read from stdin and answered one by one; the first second, at rest,
+    aligns and has no answer.
+    """
+    from baroarma.tracker import Tracker
+
+    noise = load_noise(noise_file)
+    tracker = Tracker(noise=noise, preset=preset, attitude=attitude, height=height, conditioning=conditioning)
+    if files == ("-",):
+        if out or as_json or mapping or start is not None or stop is not None:
+            raise click.UsageError("with - the answers go to stdout as CSV; no other option of form fits")
+        _live(tracker)
+        return
+    recordings = read_recordings(files, mapping, start, stop)
+    if len(recordings) > 1:
+        names = ", ".join(r.name for r in recordings)
+        raise click.UsageError(
+            f"track takes one recording at a time, but these are {len(recordings)}: {names}"
+        )
+    try:
+        found = tracker.run(recordings[0])
+    except ValueError as error:
+        raise Refusal(str(error)) from error
+    for finding in found.findings:
+        say(str(finding))
+    if out:
+        found.save(out)
+        say(f"{found!r} -> {out}")
+    if as_json:
+        print_json(_document(found.to_frame().to_dict(orient="list"), found.preset, found.findings))
+    elif not out:
+        click.echo(found.to_frame().to_csv(index=False), nl=False)
+
+
+def load_noise(path: str | None) -> NoiseModel | None:
+    """Load a noise model if a path was given."""
+    from baroarma.noise_model import NoiseModel
+
+    return None if path is None else NoiseModel.load(path)
+
+
+def _document(columns: dict[str, Any], preset: str, findings: Any) -> dict[str, Any]:
+    return {"preset": preset, "findings": [f.to_dict() for f in findings], **columns}
+
+
+def _live(tracker: Tracker) -> None:
+    """Answer each row of stdin with a row of ``track.csv`` before the next one is read."""
+    from baroarma.formats.rows import sample_reader
+
+    click.echo("time_s,height_m,velocity_m_s,height_sd_m,velocity_sd_m_s")
+    last = None
+    for sample in sample_reader(sys.stdin):
+        dt = sample.t - last if last is not None else 0.0
+        last = sample.t
+        state = tracker.step(dt=dt, accel=sample.accel, gyro=sample.gyro, pressure=sample.pressure)
+        if state is not None:
+            values = ",".join(repr(float(value)) for value in state[:4])
+            click.echo(f"{sample.t!r},{values}")
+            sys.stdout.flush()

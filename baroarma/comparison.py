@@ -1,0 +1,197 @@
+"""The bake-off: several presets on one recording, against its reference if it has one."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from baroarma.finding import Finding
+from baroarma.metrics import Errors, errors, estimate_reference_lag
+from baroarma.noise_model import NoiseModel
+from baroarma.presets import PRESETS
+from baroarma.recording import Recording
+from baroarma.track import Track
+from baroarma.tracker import Tracker
+
+
+@dataclass(frozen=True)
+class Row:
+    """Hold what one preset did.
+
+    Parameters
+    ----------
+    preset : str
+        Its name.
+    track : Track or None
+        What it made; None when it could not, and `refusal` says why.
+    errors : Errors or None
+        Against the reference.
+    us_per_sample : float or None
+        Time of a second run (compiled) per row, microseconds.
+    refusal : str
+        Why there is no track.
+    """
+
+    preset: str
+    track: Track | None
+    errors: Errors | None
+    us_per_sample: float | None
+    refusal: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the row of the documented JSON."""
+        e = self.errors or Errors(None, None, None, float("nan"))
+        return {
+            "preset": self.preset,
+            "height_rmse_m": e.height_rmse,
+            "velocity_rmse_m_s": e.velocity_rmse,
+            "height_bias_m": e.height_bias,
+            "closure_m": None if self.errors is None else e.closure,
+            "us_per_sample": self.us_per_sample,
+            "findings": [f.to_dict() for f in self.track.findings] if self.track else [],
+            "refusal": self.refusal or None,
+        }
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Hold the rows of a bake-off.
+
+    Parameters
+    ----------
+    recording : Recording
+        What was tracked.
+    rows : tuple of Row
+        One per preset.
+    reference_lag : float
+        By how much the reference was shifted back, s.
+    findings : tuple of Finding
+        What to know, such as a reference that is late.
+    """
+
+    recording: Recording
+    rows: tuple[Row, ...]
+    reference_lag: float
+    findings: tuple[Finding, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the documented JSON object."""
+        return {
+            "recording": self.recording.name,
+            "reference_lag_s": self.reference_lag,
+            "rows": [row.to_dict() for row in self.rows],
+            "findings": [finding.to_dict() for finding in self.findings],
+        }
+
+    def summary(self) -> str:
+        """Return the table as text."""
+        lines = [f"{self.recording.name}: {len(self.recording)} rows over {self.recording.duration:.4g} s"]
+        heads = ("height RMSE m", "velocity RMSE m/s", "height bias m", "closure m", "us/sample")
+        lines.append("  ".join(["preset".ljust(16), *heads]))
+        for row in self.rows:
+            if row.refusal:
+                lines.append(f"{row.preset:16}  {row.refusal}")
+                continue
+            assert row.errors is not None
+            e = row.errors
+            values = (e.height_rmse, e.velocity_rmse, e.height_bias, e.closure, row.us_per_sample)
+            cells = (
+                ("-" if value is None else f"{value:.3f}").rjust(len(head))
+                for value, head in zip(values, heads, strict=True)
+            )
+            lines.append("  ".join([f"{row.preset:16}", *cells]))
+        lines += [f"  {finding}" for finding in (*self.recording.notes, *self.findings)]
+        lines += [f"  {row.preset}: {finding}" for row in self.rows for finding in self.about(row)]
+        return "\n".join(lines)
+
+    def about(self, row: Row) -> tuple[Finding, ...]:
+        """Return a row's warnings, without those that come from the recording."""
+        found = row.track.findings if row.track else ()
+        return tuple(f for f in found if f.severity != "info" and f not in self.recording.notes)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        return self.to_frame().to_html(float_format="%.3f", na_rep="-", index=False, escape=True)
+
+    def to_frame(self) -> Any:
+        """Return the table as a pandas DataFrame."""
+        import pandas as pd
+
+        return pd.DataFrame([row.to_dict() for row in self.rows]).drop(columns=["findings"])
+
+    def plot(self) -> Any:
+        """Draw traces and bars; see `baroarma.plotting.plot_comparison`."""
+        from baroarma.plotting import plot_comparison
+
+        return plot_comparison(self)
+
+
+def compare(
+    recording: Recording,
+    *,
+    presets: Sequence[str] | None = None,
+    noise: NoiseModel | None = None,
+    reference_lag: float = 0.0,
+) -> Comparison:
+    """Run several presets on one recording.
+
+    Parameters
+    ----------
+    recording : Recording
+        What to track.
+    presets : sequence of str, optional
+        Names of presets; default: all.
+    noise : NoiseModel, optional
+        The barometer's noise.
+    reference_lag : float
+        How late the reference is, s; errors are taken against the reference shifted back by so much.
+
+    Returns
+    -------
+    Comparison
+        With a row per preset, and a finding when the reference seems to be late by another lag.
+
+    Examples
+    --------
+    >>> from baroarma.simulation import BMP085, simulate
+    >>> squats = simulate("squat", duration=30, seed=1)
+    >>> [row.preset for row in compare(squats, presets=("sg14-a", "baroarma"), noise=BMP085.noise).rows]
+    ['sg14-a', 'baroarma']
+    """
+    names = tuple(PRESETS) if presets is None else tuple(presets)
+    trackers = [Tracker.preset(name, noise=noise) for name in names]
+    rows = tuple(_row(tracker, recording, reference_lag) for tracker in trackers)
+    return Comparison(recording, rows, reference_lag, _late(rows, recording, reference_lag))
+
+
+def _row(tracker: Tracker, recording: Recording, reference_lag: float) -> Row:
+    name = tracker.settings.name
+    try:
+        tracker.run(recording)  # compiles
+        start = time.perf_counter()
+        track = tracker.run(recording)
+        elapsed = time.perf_counter() - start
+    except ValueError as error:
+        return Row(name, None, None, None, str(error))
+    found = errors(track, recording, reference_lag=reference_lag)
+    return Row(name, track, found, 1e6 * elapsed / len(recording))
+
+
+def _late(rows: tuple[Row, ...], recording: Recording, reference_lag: float) -> tuple[Finding, ...]:
+    """Say when the reference is late, by the median over the presets that can tell."""
+    tracks = [row.track for row in rows if row.track is not None and recording.accel is not None]
+    lags = [lag for track in tracks if (lag := estimate_reference_lag(track, recording)) is not None]
+    if not lags:
+        return ()
+    lag = sorted(lags)[len(lags) // 2]
+    if abs(lag - reference_lag) < 0.03:
+        return ()
+    message = (
+        f"The reference seems to be {lag:.2f} s late against the IMU, and {reference_lag:.2f} s is accounted "
+        f"for; errors with reference_lag={lag:.2f} would be fairer."
+    )
+    return (Finding("reference-lag", "warning", message),)

@@ -1,0 +1,119 @@
+"""How far a track is from a reference, and how late the reference itself is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baroarma.recording import Recording
+from baroarma.track import Track
+
+Signal = NDArray[np.float64]
+ZEROED_OVER = 1.0
+"""Seconds at the start over which track and reference are both zeroed."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Hold the errors of one track; None where the reference doesn't tell.
+
+    Parameters
+    ----------
+    height_rmse, height_bias : float or None
+        Root mean square and mean of height minus reference, m [SG14, Eq. 28].
+    velocity_rmse : float or None
+        Root mean square of velocity minus reference velocity, m/s.
+    closure : float
+        Height over the last second, m: what a ride that ends where it began should leave at 0.
+    """
+
+    height_rmse: float | None
+    height_bias: float | None
+    velocity_rmse: float | None
+    closure: float
+
+
+def errors(track: Track, recording: Recording, *, reference_lag: float = 0.0) -> Errors:
+    """Compare a track with the recording's reference, both zeroed over the first second.
+
+    Parameters
+    ----------
+    track : Track
+        A track of the recording.
+    recording : Recording
+        With `reference`, and `reference_velocity` or else the reference's derivative.
+    reference_lag : float
+        How late the reference is, s; it is shifted back by so much.
+    """
+    t = track.t
+    closure = float(np.mean(track.height[t >= t[-1] - ZEROED_OVER]))
+    found = reference_at(recording, t, reference_lag)
+    if found is None:
+        return Errors(None, None, None, closure)
+    height, velocity = found
+    known = np.isfinite(height)
+    start = known & (t - t[0] < ZEROED_OVER)
+    zero = float(np.mean((track.height - height)[start])) if start.any() else 0.0
+    off = (track.height - height - zero)[known]
+    moving = np.isfinite(velocity)
+    return Errors(
+        height_rmse=_rms(off),
+        height_bias=float(np.mean(off)),
+        velocity_rmse=_rms((track.velocity - velocity)[moving]) if moving.any() else None,
+        closure=closure,
+    )
+
+
+def reference_at(recording: Recording, t: Signal, lag: float) -> tuple[Signal, Signal] | None:
+    """Return reference height and velocity at times t, NaN where unknown; None without a reference.
+
+    A reference without velocity is differentiated over the 0.2 s around each instant, so that a laser's
+    millimetre steps do not become spikes.
+    """
+    if recording.reference is None or not np.isfinite(recording.reference).any():
+        return None
+    good = np.isfinite(recording.reference)
+    source_t, source = recording.t[good] - lag, recording.reference[good]
+    height = np.interp(t, source_t, source, left=np.nan, right=np.nan)
+    if recording.reference_velocity is not None:
+        velocity = np.interp(t, source_t, recording.reference_velocity[good], left=np.nan, right=np.nan)
+        return height, velocity
+    half = 0.1
+    later, earlier = (np.interp(t + s * half, source_t, source, np.nan, np.nan) for s in (+1, -1))
+    return height, (later - earlier) / (2 * half)
+
+
+def estimate_reference_lag(track: Track, recording: Recording, longest: float = 0.6) -> float | None:
+    """Estimate how late the reference is against the IMU, s.
+
+    The lag with which the reference's velocity correlates best with the track's, by a grid of 5 ms and a
+    parabola through the top; the inertial velocity has no lag of its own worth the name.  None when the
+    reference hardly moves or hardly correlates.
+    """
+    lags = np.arange(-longest, longest + 1e-9, 0.005)
+    scores = np.array([_correlation(track, recording, lag) for lag in lags])
+    if not np.isfinite(scores).any() or np.nanmax(scores) < 0.7:
+        return None
+    best = int(np.nanargmax(scores))
+    if not 0 < best < len(lags) - 1:
+        return None
+    left, top, right = scores[best - 1 : best + 2]
+    bend = left - 2 * top + right
+    return float(lags[best] + (0.005 * 0.5 * (left - right) / bend if bend < 0 else 0.0))
+
+
+def _correlation(track: Track, recording: Recording, lag: float) -> float:
+    found = reference_at(recording, track.t, lag)
+    if found is None:
+        return float("nan")
+    known = np.isfinite(found[1])
+    a, b = track.velocity[known], found[1][known]
+    if len(a) < 3 or np.std(a) < 0.01 or np.std(b) < 0.01:
+        return float("nan")
+    return float(np.corrcoef(a, b)[0, 1])
+
+
+def _rms(x: Signal) -> float:
+    return float(np.sqrt(np.mean(x**2)))

@@ -1,0 +1,78 @@
+"""Rest alignment: what the first second says about tilt, gyro bias and gravity.
+
+All papers start from a short rest [SG14, Sec. 2.3.4].  A resting accelerometer measures -g, which points up
+whatever its axes are called; a resting gyro measures its bias.  The mean modulus of the specific force stands
+for gravity, so that an accelerometer with a scale error still reads no vertical acceleration at rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from baroarma.atmosphere import STANDARD_GRAVITY
+from baroarma.estimators.base import Alignment
+
+
+def align(t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, *, duration: float = 1.0) -> Alignment:
+    """Average the rest at the start of a recording.
+
+    Parameters
+    ----------
+    t : array_like, shape (n,)
+        Time in s.
+    accel, gyro : array_like, shape (n, 3)
+        Specific force in m/s² and angular rate in rad/s; rows with NaN are left out.
+    duration : float
+        The samples with t - t[0] < `duration` (s) are averaged.  Longer: less noise, but the sensor must
+        really rest as long.
+
+    Returns
+    -------
+    Alignment
+        Tilt, gyro bias and gravity.
+
+    Raises
+    ------
+    ValueError
+        If there is no sample to average, or no gravity in it.
+
+    Examples
+    --------
+    >>> start = align([0.0, 0.5, 1.0], [[0, 0, 9.7], [0, 0, 9.9], [5, 5, 5]], [[0.01, 0, 0]] * 3)
+    >>> start.up, start.gyro_bias[0], round(start.gravity, 6)
+    ((0.0, 0.0, 1.0), 0.01, 9.8)
+    """
+    t = np.asarray(t, float)
+    early = t - t[:1] < duration
+    force = _samples("accelerometer", accel, early, duration)
+    rate = _samples("gyro", gyro, early, duration)
+    mean = force.mean(axis=0)
+    modulus = float(np.linalg.norm(mean))
+    if modulus < STANDARD_GRAVITY / 2:
+        raise ValueError(
+            f"the mean specific force of the first {duration:g} s is {modulus:.3g} m/s², where rest gives "
+            "about 9.8; the accelerometer must be in m/s² and at rest, with gravity not removed"
+        )
+    return Alignment(
+        up=_triple(mean / modulus),
+        gyro_bias=_triple(rate.mean(axis=0)),
+        gravity=float(np.linalg.norm(force, axis=1).mean()),
+    )
+
+
+def _samples(
+    sensor: str, values: ArrayLike, early: NDArray[np.bool_], duration: float
+) -> NDArray[np.float64]:
+    rows: NDArray[np.float64] = np.asarray(values, float)[early]
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    if len(rows) == 0:
+        raise ValueError(
+            f"there is no {sensor} sample in the first {duration:g} s; align over a longer duration or cut "
+            "the recording to where the sensor starts"
+        )
+    return rows
+
+
+def _triple(v: NDArray[np.float64]) -> tuple[float, float, float]:
+    return float(v[0]), float(v[1]), float(v[2])

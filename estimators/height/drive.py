@@ -1,0 +1,79 @@
+"""How acceleration samples drive a height filter: held, at the start or the middle of a step, and quiet.
+
+Between t_{k-1} and t_k the papers integrate the *previous* sample (Euler: SG14 Eq. 24, Lee16 Eq. 11), which
+lags by half an interval; the midpoint (a_{k-1} + a_k)/2 doesn't.  A missing sample repeats the last one.
+
+Lee16's zero-velocity rule: at rest when |a| < 0.1 m/s² on the closed interval of n = 12 steps, that is for
+n + 1 samples in a row [Lee16, Eq. 14].
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Signal = NDArray[np.float64]
+
+
+class Drive:
+    """Turn acceleration samples into what the filter integrates, and tell when they are quiet.
+
+    Parameters
+    ----------
+    midpoint : bool
+        Integrate (a_{k-1} + a_k)/2 instead of a_{k-1}.
+    zupt_steps : int
+        Steps n of Lee16's rule; 0: never at rest.  More steps: later, but fewer false rests.
+    zupt_threshold : float
+        Largest |a| at rest, m/s².
+    """
+
+    def __init__(self, *, midpoint: bool = False, zupt_steps: int = 0, zupt_threshold: float = 0.1) -> None:
+        self.midpoint, self.zupt_steps, self.zupt_threshold = midpoint, zupt_steps, zupt_threshold
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all samples."""
+        self.last, self.quiet = 0.0, 0
+
+    def step(self, acceleration: float) -> tuple[float, bool]:
+        """Take a sample (m/s² or NaN); return what drives the step that ends here, and whether at rest."""
+        inputs, at_rest = self.rows(np.array([acceleration], float))
+        return float(inputs[0]), bool(at_rest[0])
+
+    def rows(self, acceleration: Signal) -> tuple[Signal, NDArray[np.bool_]]:
+        """Take samples (n,); return what drives each step (n,) and whether at rest (n,)."""
+        inputs, at_rest = np.empty(len(acceleration)), np.zeros(len(acceleration), np.bool_)
+        steps = self.zupt_steps if self.zupt_steps else -1
+        self.last, self.quiet = _drive(
+            acceleration, self.last, self.quiet, self.midpoint, steps, self.zupt_threshold, inputs, at_rest
+        )
+        return inputs, at_rest
+
+
+def as_signal(values: Signal | None, n: int) -> Signal:
+    """Return the values as floats, (n,); None: all NaN."""
+    return np.full(n, np.nan) if values is None else np.asarray(values, float)
+
+
+@njit(cache=True)
+def _drive(
+    a: Signal,
+    last: float,
+    quiet: int,
+    midpoint: bool,
+    steps: int,
+    threshold: float,
+    inputs: Signal,
+    at_rest: NDArray[np.bool_],
+) -> tuple[float, int]:
+    for k in range(len(a)):
+        now = last if math.isnan(a[k]) else a[k]
+        inputs[k] = (last + now) / 2 if midpoint else last
+        quiet = quiet + 1 if abs(now) < threshold else 0
+        at_rest[k] = steps >= 0 and quiet > steps
+        last = now
+    return last, quiet

@@ -1,0 +1,381 @@
+"""Is the noise what the model says?  Tests and studies behind SG13's Secs. 2.5 and 3.1.
+
+Whiteness of prediction errors: Bartlett's cumulative periodogram (not the equal-variance test of that name)
+and Ljung-Box.  On the residuals of a fitted ARMA the cumulative periodogram is very conservative (it rejects
+0.2 % where 5 % is meant); Ljung-Box corrects its degrees of freedom and stands beside it.  Then: which order
+(FPE, AIC, BIC), stationary over windows (spectral error), equal over recordings (ANOVA), and what averaging
+does (SG13, Fig. 5).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from baroarma.arma import ArmaModel, Split
+from baroarma.identification.arma_fit import ArmaFit, WindowFits, fit_arma, fit_windows
+from baroarma.identification.preprocessing import (
+    Trimmed,
+    WindowSettings,
+    condition,
+    new_samples,
+    trimmed_mean,
+)
+
+Signal = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Hold the outcome of a test: a number, how unusual it is, and a sentence.
+
+    Parameters
+    ----------
+    name : str
+        What was tested.
+    statistic : float
+        The test statistic.
+    p : float
+        Probability of a statistic at least as large if the null hypothesis holds.
+    message : str
+        What it means.
+    """
+
+    name: str
+    statistic: float
+    p: float
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.statistic:.4g}, p = {self.p:.3g}.  {self.message}"
+
+
+def cumulative_periodogram_test(residuals: ArrayLike) -> Outcome:
+    """Test whiteness by Bartlett's cumulative periodogram.
+
+    The normalised cumulative sums of the periodogram of Gaussian white noise at its q = (n - 1)//2 inner
+    frequencies are distributed as q - 1 ordered uniform numbers; their largest distance from the diagonal is
+    Kolmogorov's statistic, and p is exact for series that were not fitted.
+
+    Parameters
+    ----------
+    residuals : array_like, shape (n,)
+        Prediction errors, any unit.
+
+    Examples
+    --------
+    >>> cumulative_periodogram_test(np.random.default_rng(0).normal(size=300)).p > 0.05
+    True
+    """
+    x = _finite(residuals, 5)
+    q = (len(x) - 1) // 2
+    periodogram = np.abs(np.fft.rfft(x - x.mean())[1 : q + 1]) ** 2
+    cumulated = np.cumsum(periodogram)
+    u = cumulated[:-1] / cumulated[-1]
+    steps = np.arange(q) / (q - 1)
+    distance = float(max(np.max(steps[1:] - u), np.max(u - steps[:-1])))
+    from scipy.stats import kstwo
+
+    return _whiteness("cumulative periodogram", distance, float(kstwo.sf(distance, q - 1)))
+
+
+def ljung_box(residuals: ArrayLike, lags: int, fitted_parameters: int = 0) -> Outcome:
+    """Test whiteness by the first autocorrelations: Q = n (n + 2) sum r_k² / (n - k).
+
+    Q is chi-square for long series; of white windows of 300 samples, 20 lags reject 6 % instead of 5 %.
+
+    Parameters
+    ----------
+    residuals : array_like, shape (n,)
+        Prediction errors, any unit.
+    lags : int
+        Number of autocorrelations.  More see longer structure and have less power against short one.
+    fitted_parameters : int
+        p + q of the ARMA whose residuals these are; chi-square has `lags` minus that many degrees of freedom.
+
+    Examples
+    --------
+    >>> ljung_box(np.sin(np.arange(300)), 10).p < 0.001
+    True
+    """
+    if lags <= fitted_parameters:
+        raise ValueError(
+            f"{lags} lags leave nothing after {fitted_parameters} fitted parameters; use more lags"
+        )
+    x = _finite(residuals, lags + 1)
+    from scipy.special import chdtrc
+
+    x, n = x - x.mean(), len(x)
+    r = np.array([x[k:] @ x[:-k] for k in range(1, lags + 1)]) / (x @ x)
+    statistic = float(n * (n + 2) * np.sum(r**2 / (n - np.arange(1, lags + 1))))
+    return _whiteness(
+        f"Ljung-Box, {lags} lags", statistic, float(chdtrc(lags - fitted_parameters, statistic))
+    )
+
+
+def _finite(x: ArrayLike, needed: int) -> Signal:
+    x = np.asarray(x, float).ravel()
+    if len(x) < needed:
+        raise ValueError(f"{len(x)} residuals are too few for this test; at least {needed} are needed")
+    if not np.isfinite(x).all():
+        raise ValueError("the residuals are not all finite; leave out the rows without a sample")
+    if not np.ptp(x) > 0:
+        raise ValueError(f"the residuals are all {x[0]:g}; there is no noise to test")
+    return x
+
+
+def _whiteness(name: str, statistic: float, p: float) -> Outcome:
+    message = (
+        "The residuals look white."
+        if p > 0.05
+        else "The residuals are not white: the model misses structure."
+    )
+    return Outcome(name, statistic, p, message)
+
+
+def whiteness_of_windows(fits: WindowFits, lags: int = 20) -> tuple[Signal, Signal]:
+    """Return the p-values (m,) of Bartlett's test and of Ljung-Box over windows; NaN for a dead window."""
+    alive = np.isfinite(fits.innovation_sd) & (np.ptp(fits.residuals, axis=1) > 0)
+    bartlett, ljung = np.full((2, len(alive)), np.nan)
+    for i in np.flatnonzero(alive):
+        bartlett[i] = cumulative_periodogram_test(fits.residuals[i]).p
+        ljung[i] = ljung_box(fits.residuals[i], lags, fitted_parameters=2).p
+    return bartlett, ljung
+
+
+@dataclass(frozen=True, eq=False)
+class OrderTable:
+    """Hold the fits of all orders up to (max_p, max_q), by order."""
+
+    fits: dict[tuple[int, int], ArmaFit]
+
+    def best(self, criterion: str = "fpe") -> tuple[int, int]:
+        """Return the order with the smallest ``"fpe"``, ``"aic"`` or ``"bic"``."""
+        if criterion not in ("fpe", "aic", "bic"):
+            raise ValueError(f"criterion {criterion!r} is unknown; choose 'fpe', 'aic' or 'bic'")
+        return min(self.fits, key=lambda order: float(getattr(self.fits[order], criterion)))
+
+    def summary(self) -> str:
+        """Return a table with one row per order; a star marks the smallest of each column."""
+        lines = [f"{'order':8}{'FPE, m²':>13}{'AIC':>12}{'BIC':>12}"]
+        for order, fit in self.fits.items():
+            cells = [
+                f"{getattr(fit, name):.{digits}f}{'*' if self.best(name) == order else ' '}"
+                for name, digits in (("fpe", 6), ("aic", 2), ("bic", 2))
+            ]
+            end = "" if fit.converged else "   did not converge"
+            lines.append(f"{order!s:8}{cells[0]:>13}{cells[1]:>12}{cells[2]:>12}{end}")
+        return "\n".join(lines)
+
+
+def order_table(y: ArrayLike, dt: float, max_p: int = 3, max_q: int = 3) -> OrderTable:
+    """Fit every ARMA(p, q) up to (max_p, max_q) to one series and compare them.
+
+    SG13 defends ARMA(1,1) by Akaike's final prediction error.  Slow: one statsmodels fit per order.
+
+    Parameters
+    ----------
+    y : array_like, shape (n,)
+        Detrended heights in m, one every `dt` seconds.
+    dt : float
+        Sampling interval, s.
+    max_p, max_q : int
+        Largest orders.
+    """
+    orders = [(p, q) for p in range(max_p + 1) for q in range(max_q + 1)]
+    return OrderTable({order: fit_arma(y, dt, order) for order in orders})
+
+
+def spectral_error(model: ArmaModel, y: ArrayLike, lags: int = 20) -> float:
+    """Return the spectral error measure between a model and a window of data.
+
+    The window is filtered by the inverse of the model; if its spectrum is the model's, the errors e are white
+    and as large as the innovations.  With their autocovariances c_k,
+
+        SEM = (sd²/c_0 - 1)² + 2 sum_{k=1}^{lags} (c_k/c_0)²
+
+    is the squared distance of their spectrum from a flat one [Bodenstein & Praetorius 1977, Proc.
+    IEEE 65:642, with the AR inverse filter generalised to ARMA(1,1)].
+
+    Parameters
+    ----------
+    model : ArmaModel
+        An ARMA(1,1), identified on another window.
+    y : array_like, shape (n,)
+        The window, m, at the model's interval.
+    lags : int
+        Autocovariances to look at.
+    """
+    from baroarma.identification.arma_kernels import prediction_errors
+
+    (a,), (b,) = model.ar, model.ma
+    e = prediction_errors(np.ascontiguousarray(y, dtype=float), a, b)
+    c = np.array([e[k:] @ e[: len(e) - k] for k in range(lags + 1)]) / len(e)
+    return float((model.sd**2 / c[0] - 1) ** 2 + 2 * np.sum((c[1:] / c[0]) ** 2))
+
+
+def stationarity(
+    windows: ArrayLike, dt: float, *, trials: int = 200, seed: int = 0, lags: int = 20
+) -> Outcome:
+    """Test short-term stationarity by letting one model whiten all windows.
+
+    The statistic is the mean `spectral_error` of the windows under the ARMA(1,1) with their median
+    coefficients.  Its distribution under stationarity has no closed form, because the windows are short and
+    the model is estimated from them; it is simulated from that model (a parametric bootstrap).
+
+    Parameters
+    ----------
+    windows : array_like, shape (m, N)
+        Detrended windows, m; cut them in halves or quarters to look at shorter times.
+    dt : float
+        Sampling interval, s.
+    trials : int
+        Simulated recordings; p comes in steps of 1/(trials + 1), and each trial costs m fits.
+    seed : int
+        Seed of the simulation.
+    lags : int
+        See `spectral_error`.
+    """
+    y = np.asarray(windows, float)
+    if y.ndim != 2 or len(y) < 2:
+        raise ValueError(f"windows of shape {y.shape} cannot be compared; at least 2 rows are needed")
+    observed, model = _misfit(y, dt, lags)
+    rng = np.random.default_rng(seed)
+    null = [_misfit(model.simulate(y.size, rng).reshape(y.shape), dt, lags)[0] for _ in range(trials)]
+    p = float((1 + np.sum(np.array(null) >= observed)) / (trials + 1))
+    message = (
+        "The windows are as alike as those of stationary noise."
+        if p > 0.05
+        else "The windows differ more than those of stationary noise: use shorter windows or a calmer place."
+    )
+    return Outcome(f"spectral error, {len(y)} windows", observed, p, message)
+
+
+def _misfit(y: Signal, dt: float, lags: int) -> tuple[float, ArmaModel]:
+    """Mean spectral error of the windows under the model with their median coefficients, and that model."""
+    from baroarma.identification.arma_kernels import maximise_windows
+
+    a, b, sd, _ = np.median(maximise_windows(np.ascontiguousarray(y)), axis=0).tolist()
+    if not math.isfinite(sd):
+        raise ValueError("a window is constant or not finite; leave it out")
+    model = ArmaModel((a,), (b,), sd, dt)
+    return float(np.mean([spectral_error(model, window, lags) for window in y])), model
+
+
+def anova(groups: Sequence[ArrayLike], name: str = "coefficient") -> Outcome:
+    """Test by one-way analysis of variance whether recordings share the mean of a quantity.
+
+    SG13, Sec. 3.1, for a and b of the windows of six recordings: p > 0.4 and p > 0.26.
+
+    Parameters
+    ----------
+    groups : sequence of array_like
+        Values per recording, each (m_i,); NaN is left out.
+    name : str
+        What the values are, for the sentence.
+
+    Examples
+    --------
+    >>> anova([[1.0, 1.1, 0.9], [2.0, 2.1, 1.9]], "a").p < 0.001
+    True
+    """
+    from scipy.stats import f_oneway
+
+    samples = [v[np.isfinite(v)] for v in (np.asarray(group, float) for group in groups)]
+    if len(samples) < 2 or min(map(len, samples)) < 2:
+        raise ValueError(f"{[len(v) for v in samples]} values per recording: 2 recordings with 2 are needed")
+    result = f_oneway(*samples)
+    verb = "share one" if result.pvalue > 0.05 else "do not share a"
+    message = f"The {len(samples)} recordings {verb} mean of {name}."
+    return Outcome(f"ANOVA of {name}", float(result.statistic), float(result.pvalue), message)
+
+
+@dataclass(frozen=True)
+class AveragingRow:
+    """One length of the moving average in the study of SG13, Fig. 5; sds in m."""
+
+    average: int
+    total_sd: Trimmed
+    correlated_sd: Trimmed
+    white_sd: Trimmed
+    theory_white_sd: float
+    """What 1/sqrt(M) makes of the white sd of the first row."""
+    bartlett_failures: float
+    """Fraction of windows that Bartlett's test rejects at 5 %."""
+    ljung_box_failures: float
+    outside: float
+    """Fraction of windows whose coefficients are no Gauss-Markov plus white noise."""
+
+
+@dataclass(frozen=True)
+class AveragingStudy:
+    """Hold what averages of growing length do to the noise [SG13, Fig. 5]."""
+
+    rows: tuple[AveragingRow, ...]
+
+    def summary(self) -> str:
+        """Return a table with one row per length M."""
+        lines = [
+            "  M   sigma_s   sigma_c   sigma_u   1/sqrt(M)   Bartlett   Ljung-Box   outside",
+            "           m         m         m           m   rejects     rejects",
+        ]
+        lines += [
+            f"{r.average:3d}{r.total_sd.mean:10.3f}{r.correlated_sd.mean:10.3f}{r.white_sd.mean:10.3f}"
+            f"{r.theory_white_sd:12.3f}{r.bartlett_failures:10.0%}{r.ljung_box_failures:12.0%}{r.outside:10.0%}"
+            for r in self.rows
+        ]
+        return "\n".join(lines)
+
+
+def averaging_study(
+    t: ArrayLike,
+    height: ArrayLike,
+    averages: Sequence[int] = (1, 2, 4, 8, 16, 32, 64, 128, 256),
+    settings: WindowSettings | None = None,
+    *,
+    split: Split = "exact",
+) -> AveragingStudy:
+    """Repeat the identification with moving averages of growing length [SG13, Sec. 3.1, Fig. 5].
+
+    Averages longer than the decimation put their own shape into the data, which an ARMA(1,1) cannot follow:
+    the whiteness tests reject and the coefficients leave the region of Gauss-Markov plus white noise.
+
+    Parameters
+    ----------
+    t, height : array_like, shape (n,)
+        Times in s and heights in m of new samples at rest.
+    averages : sequence of int
+        Lengths M of the moving average in raw samples.
+    settings : WindowSettings, optional
+        The other settings; default: those for the rate.
+    split : {"exact", "bilinear"}
+        How coefficients become components.
+    """
+    t, height = new_samples(t, height)
+    settings = settings or WindowSettings.for_rate(1 / float(np.median(np.diff(t))))
+    rows: list[AveragingRow] = []
+    for m in averages:
+        cut = condition(t, height, replace(settings, average=m))
+        if not len(cut.windows):
+            raise ValueError(f"the recording has no gap-free window left after an average of {m} samples")
+        fits = fit_windows(cut.windows, cut.dt, split)
+        white = trimmed_mean(fits.white_sd, settings.trim)
+        first = (rows[0].theory_white_sd * math.sqrt(rows[0].average)) if rows else white.mean * math.sqrt(m)
+        bartlett, ljung = whiteness_of_windows(fits)
+        rows.append(
+            AveragingRow(
+                average=m,
+                total_sd=trimmed_mean(fits.total_sd, settings.trim),
+                correlated_sd=trimmed_mean(fits.correlated_sd, settings.trim),
+                white_sd=white,
+                theory_white_sd=first / math.sqrt(m),
+                bartlett_failures=float(np.mean(bartlett < 0.05)),
+                ljung_box_failures=float(np.mean(ljung < 0.05)),
+                outside=float(np.mean(~fits.inside)),
+            )
+        )
+    return AveragingStudy(tuple(rows))

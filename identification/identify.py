@@ -1,0 +1,329 @@
+"""From a rest recording to a noise model: `identify` and what it returns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from baroarma.arma import Split
+from baroarma.finding import Finding
+from baroarma.identification.diagnostics import (
+    AveragingStudy,
+    OrderTable,
+    Outcome,
+    averaging_study,
+    cumulative_periodogram_test,
+    ljung_box,
+    order_table,
+    stationarity,
+)
+from baroarma.identification.intervals import intervals
+from baroarma.identification.preprocessing import Conditioned, WindowSettings, condition, detrend, new_samples
+from baroarma.identification.structural import (
+    Problem,
+    Signal,
+    StructuralFit,
+    Term,
+    fit_second_gauss_markov,
+    fit_terms,
+    select_terms,
+)
+from baroarma.identification.verdict import judge_model, judge_recording, minutes_wanting
+from baroarma.identification.windows import WindowsResult, identify_windows
+from baroarma.noise_model import JSON_KEYS, NoiseModel
+from baroarma.recording import Recording
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from baroarma.identification.allan import AllanDeviation
+
+Method = Literal["structural", "windows"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification:
+    """Hold what a rest recording says about its barometer's noise.
+
+    Parameters
+    ----------
+    recording : Recording
+        What was identified.
+    model : NoiseModel or None
+        The noise model with 95 % intervals; None when the recording can't support one.
+    verdict : tuple of Finding
+        What to know about the recording and the model.
+    method : {"structural", "windows"}
+        How the model was found.
+    fits : tuple of StructuralFit
+        Combinations of terms that were compared, the best first (structural).
+    windows : WindowsResult or None
+        The per-window ARMA(1,1) table (windows).
+    residuals : ndarray, shape (n - 1,)
+        Standardised one-step prediction errors of the model on the raw samples.
+    temperature : float or None
+        Air temperature in °C that heights were corrected with.
+    """
+
+    recording: Recording
+    model: NoiseModel | None
+    verdict: tuple[Finding, ...]
+    method: Method
+    fits: tuple[StructuralFit, ...] = ()
+    windows: WindowsResult | None = None
+    residuals: Signal | None = None
+    temperature: float | None = None
+
+    def __repr__(self) -> str:
+        codes = ", ".join(finding.code for finding in self.verdict) or "nothing to object"
+        return f"<Identification of {self.recording.name!r}: {self.model or 'no model'}; {codes}>"
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is a model."""
+        return self.model is not None
+
+    @property
+    def minutes_wanting(self) -> float | None:
+        """How many more minutes would bring the correlation time's half-width to 10 %; None without one."""
+        return self.model and minutes_wanting(self.model, self.recording.duration)
+
+    def samples(self) -> tuple[Signal, Signal]:
+        """Return times (s) and heights (m) of the barometer's new samples."""
+        return new_samples(self.recording.t, self.recording.height(self.temperature))
+
+    def orders(self, max_p: int = 3, max_q: int = 3) -> OrderTable:
+        """Compare ARMA orders by FPE, AIC and BIC on one conditioned window [SG13, Sec. 2.5]."""
+        conditioned = self._conditioned()
+        return order_table(conditioned.windows[len(conditioned.windows) // 2], conditioned.dt, max_p, max_q)
+
+    def stationarity(self) -> Outcome:
+        """Test whether the conditioned signal keeps its spectrum from window to window."""
+        conditioned = self._conditioned()
+        return stationarity(conditioned.windows, conditioned.dt)
+
+    def averaging_study(self) -> AveragingStudy:
+        """Repeat the windows recipe over lengths of the moving average [SG13, Fig. 5]."""
+        return averaging_study(*self.samples())
+
+    def allan(self) -> AllanDeviation:
+        """Return the Allan deviation of the height with its confidence band."""
+        from baroarma.identification.allan import allan_deviation
+
+        return allan_deviation(*self.samples())
+
+    def summary(self) -> str:
+        """Return the result as text: model, comparison of terms, verdict, advice."""
+        lines = [f"{self.recording.name}: {len(self.recording)} rows over {self.recording.duration:.6g} s"]
+        if self.model is not None:
+            lines.append(replace(self.model, verdict=()).summary())
+            p = self.model.whiteness_p or {}
+            lines.append(
+                "  whiteness of prediction errors: " + ", ".join(f"{k} p = {v:.2g}" for k, v in p.items())
+            )
+        if self.minutes_wanting:
+            lines.append(
+                f"  {self.minutes_wanting:.0f} more minutes would make the correlation time's interval ±10 %"
+            )
+        if self.fits:
+            least = self.fits[0].bic
+            lines.append("  terms compared: BIC above the best")
+            lines += [
+                f"    {' + '.join(_LABELS[t] for t in f.terms):40}{f.bic - least:10.1f}" for f in self.fits
+            ]
+        if self.windows is not None:
+            lines.append(self.windows.summary())
+        lines += [f"  {finding}" for finding in self.verdict]
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON object of `baroarma identify --json`: the model's keys and what else was found.
+
+        Without a model the model's keys are null and the verdict says why.
+        """
+        body: dict[str, Any] = dict.fromkeys((*JSON_KEYS, "rate_hz", "ci95", "whiteness_p"))
+        if self.model is not None:
+            body = self.model.to_dict()
+        return {
+            **body,
+            "recording": self.recording.name,
+            "method": self.method,
+            "verdict": [finding.to_dict() for finding in self.verdict],
+            "minutes_wanting": self.minutes_wanting,
+            "terms": [{"terms": list(f.terms), "bic": f.bic} for f in self.fits],
+            "windows": self.windows and self.windows.to_dict(),
+        }
+
+    def _repr_html_(self) -> str:
+        from baroarma.report import identification_table
+
+        return identification_table(self)
+
+    def plot(self) -> Figure:
+        """Draw record, autocorrelation, spectrum and Allan deviation; see `baroarma.plotting`."""
+        from baroarma.plotting import plot_identification
+
+        return plot_identification(self)
+
+    def _conditioned(self) -> Conditioned:
+        found = condition(*self.samples(), WindowSettings.for_rate(self.recording.rate_hz))
+        if not len(found.windows):
+            raise ValueError(
+                f"{self.recording.name} has no stretch long enough for a window between its gaps"
+            )
+        return found
+
+
+def identify(
+    rest: Recording,
+    *,
+    method: Method = "structural",
+    terms: Literal["auto"] | tuple[Term, ...] = "auto",
+    split: Split = "exact",
+    settings: WindowSettings | None = None,
+    temperature: float | None = None,
+) -> Identification:
+    """Learn the noise of a motionless barometer.
+
+    Parameters
+    ----------
+    rest : Recording
+        A recording at rest; ten minutes to an hour is a good length.
+    method : {"structural", "windows"}
+        ``structural``: maximum likelihood of white + Gauss-Markov + drift on the raw samples; ``windows``:
+        the recipe of SG13 Sec. 2.5, one ARMA(1,1) per 30 s window of the averaged and decimated signal.
+    terms : "auto" or tuple of {"white", "gm", "drift"}
+        Terms of the structural model; "auto" lets BIC decide, and reports 0 for a term that the data don't
+        need.
+    split : {"exact", "bilinear"}
+        How the windows method splits an ARMA(1,1) into its components; see `baroarma.arma`.
+    settings : WindowSettings, optional
+        Settings of the windows method; default: SG13's, adapted to the recording's rate.
+    temperature : float, optional
+        Air temperature in °C, to stretch the ISA's metres to this air's.
+
+    Returns
+    -------
+    Identification
+        With `model` None, and the verdict saying why, when the recording can't support a model.
+
+    Raises
+    ------
+    ValueError
+        For an unknown method or term.
+
+    Examples
+    --------
+    >>> from baroarma.simulation import simulate_rest
+    >>> found = identify(simulate_rest(duration=300, seed=1))
+    >>> found.model
+    <NoiseModel at 50 Hz: white 0.4602 m, Gauss-Markov 0.2717 m / 0.8065 s, no drift>
+    """
+    if method not in ("structural", "windows"):
+        raise ValueError(f"method {method!r} is unknown; choose 'structural' or 'windows'")
+    if terms != "auto" and (not terms or not set(terms) <= {"white", "gm", "drift"}):
+        raise ValueError(f"terms {terms!r} are unknown; choose 'auto' or some of 'white', 'gm', 'drift'")
+    verdict = judge_recording(rest)
+    if any(finding.severity == "error" for finding in verdict):
+        return Identification(rest, None, verdict, method, temperature=temperature)
+    if method == "windows":
+        return _by_windows(rest, verdict, split, settings, temperature)
+    return _structurally(rest, verdict, terms, temperature)
+
+
+_LABELS = {"white": "white", "drift": "drift", "gm": "Gauss-Markov", "gm2": "second Gauss-Markov"}
+
+
+def _structurally(
+    rest: Recording,
+    verdict: tuple[Finding, ...],
+    terms: Literal["auto"] | tuple[Term, ...],
+    temperature: float | None,
+) -> Identification:
+    problem = Problem(*new_samples(rest.t, rest.height(temperature)))
+    if terms == "auto":
+        fit, fits = select_terms(problem)
+    else:
+        fit = fit_terms(problem, tuple(t for t in ("white", "drift", "gm") if t in terms))
+        fits = [fit]
+        if "gm" in terms:
+            fits.append(fit_second_gauss_markov(problem, fit))
+    residuals = problem.innovations(fit.theta)
+    white_sd, drift_rate, correlated_sd, correlation_time = [*map(float, fit.theta), 0.0, 0.0][:4]
+    model = NoiseModel(
+        correlated_sd,
+        correlation_time,
+        white_sd,
+        drift_rate,
+        rate_hz=rest.rate_hz,
+        ci95=intervals(problem, fit),
+        method="structural",
+        whiteness_p=whiteness(residuals),
+        source=_source(rest),
+    )
+    seconds = [f for f in fits if "gm2" in f.terms]
+    gain = fit.bic - seconds[0].bic if seconds else 0.0
+    return _judged(rest, model, verdict, gain, "structural", tuple(fits), None, residuals, temperature)
+
+
+def _by_windows(
+    rest: Recording,
+    verdict: tuple[Finding, ...],
+    split: Split,
+    settings: WindowSettings | None,
+    temperature: float | None,
+) -> Identification:
+    t, height = new_samples(rest.t, rest.height(temperature))
+    settings = settings or WindowSettings.for_rate(rest.rate_hz)
+    try:
+        windows = identify_windows(t, height, settings, split=split)
+        model = replace(windows.to_noise_model(), source=_source(rest))
+    except ValueError as error:
+        failed = Finding("too-short", "error", f"The windows method found no model: {error}")
+        return Identification(rest, None, (*verdict, failed), "windows", temperature=temperature)
+    theta = np.array([model.white_sd, 0.0, model.correlated_sd, model.correlation_time])
+    residuals = Problem(t, detrend(t, height, settings.detrend_s)).innovations(theta)
+    model = replace(model, whiteness_p=whiteness(residuals))
+    return _judged(rest, model, verdict, 0.0, "windows", (), windows, residuals, temperature)
+
+
+def _judged(
+    rest: Recording,
+    model: NoiseModel,
+    verdict: tuple[Finding, ...],
+    second_gm_gain: float,
+    method: Method,
+    fits: tuple[StructuralFit, ...],
+    windows: WindowsResult | None,
+    residuals: Signal,
+    temperature: float | None,
+) -> Identification:
+    """Complete the verdict with what the model says; the model carries it along."""
+    if windows is not None:
+        verdict += tuple(f for f in windows.findings if f.code not in {v.code for v in verdict})
+    verdict += judge_model(
+        model, model.whiteness_p or {}, duration=rest.duration, second_gm_gain=second_gm_gain
+    )
+    model = replace(model, verdict=verdict)
+    return Identification(rest, model, verdict, method, fits, windows, residuals, temperature)
+
+
+def whiteness(residuals: Signal) -> dict[str, float]:
+    """Return p-values of three tests of whiteness of standardised prediction errors.
+
+    ``ljung_box_10`` and ``ljung_box_40`` over so many lags, and ``bartlett`` of the cumulative periodogram.
+    No degrees of freedom are taken off: next to thousands of samples, four parameters weigh nothing.
+    """
+    return {
+        "ljung_box_10": ljung_box(residuals, 10).p,
+        "ljung_box_40": ljung_box(residuals, 40).p,
+        "bartlett": cumulative_periodogram_test(residuals).p,
+    }
+
+
+def _source(rest: Recording) -> Mapping[str, Any]:
+    source = rest.source or {"name": rest.name, "sha256": None}
+    return {**source, "duration_s": rest.duration}

@@ -1,0 +1,149 @@
+"""`coloured-kalman` against the dense joint Gaussian, and the four ways to treat coloured noise."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from baroarma import NoiseModel
+from baroarma.estimators import height_estimator
+from baroarma.estimators.height.coloured_kalman import ColouredKalman
+from baroarma.testing import HeightEstimatorContract
+
+spec = importlib.util.spec_from_file_location("dense", Path(__file__).with_name("dense.py"))
+dense = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(dense)
+
+SG13 = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+DRIFTING = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, drift_rate=0.01, rate_hz=50)
+NO_GM = NoiseModel(correlated_sd=0, correlation_time=0, white_sd=0.46, drift_rate=0.01, rate_hz=50)
+PURE_GM = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0, rate_hz=50)
+
+
+class TestContract(HeightEstimatorContract):
+    def make(self):
+        return height_estimator("coloured-kalman", noise=DRIFTING)
+
+
+class TestContractWithoutGaussMarkov(HeightEstimatorContract):
+    def make(self):
+        return height_estimator("coloured-kalman", noise=NO_GM, zupt_steps=2, zupt_threshold=0.5)
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_it_is_the_dense_solution_of_the_same_joint_gaussian(smooth):
+    rng = np.random.default_rng(0)
+    t = np.cumsum(rng.uniform(0.01, 0.2, 60))
+    z, a = rng.normal(size=60), rng.normal(size=60)
+    z[rng.random(60) < 0.3] = np.nan
+    z[20:30] = np.nan
+    sd = rng.uniform(0.1, 0.5, 60)
+    kf = ColouredKalman(
+        noise=DRIFTING, dt=0.02, bias_sd=0.3, bias_walk=0.05, offset_sd=2.0, initial_height_sd=0.5
+    )
+    result = (kf.smooth if smooth else kf.run)(t, z, a, sd)
+    expected = dense.solve(
+        t,
+        z,
+        (a[:-1] + a[1:]) / 2,
+        DRIFTING,
+        smooth=smooth,
+        acceleration_sd=sd[1:],
+        height_sd=0.5,
+        velocity_sd=0.1,
+        bias_sd=0.3,
+        bias_walk=0.05,
+        offset_sd=2.0,
+    )
+    np.testing.assert_allclose(result, expected, rtol=0, atol=1e-9)  # condition ~1e4 of 60 equations
+
+
+def test_a_wide_prior_of_the_offset_makes_the_level_of_the_barometer_irrelevant():
+    rng = np.random.default_rng(1)
+    t, a = np.arange(500) / 50, rng.normal(size=500)
+    z = DRIFTING.simulate(t, rng)
+    low, high = (height_estimator("coloured-kalman", noise=DRIFTING).run(t, z + level, a) for level in (0, 5))
+    # a prior of 100 m against an altitude known to 0.5 m pulls 5 m by (0.5/100)² of it
+    assert np.abs(high.height - low.height).max() < 5 * (0.5 / 100) ** 2
+
+
+def test_with_drift_the_variance_of_the_height_grows_as_the_drifts_and_without_it_stays():
+    growth = []
+    for noise in (DRIFTING, SG13):
+        t = np.arange(0, 600, 0.1)
+        run = ColouredKalman(noise=noise, dt=0.1).run(t, np.zeros(len(t)), np.zeros(len(t)))
+        growth.append(run.height_sd[-1] ** 2 - run.height_sd[len(t) // 2] ** 2)
+    # 300 s of drift; what hasn't settled by then is far below 1 %
+    assert growth[0] == pytest.approx(DRIFTING.drift_rate**2 * 300, rel=0.01)
+    assert abs(growth[1]) < 0.01 * growth[0]
+
+
+def test_without_gauss_markov_noise_there_is_no_state_and_it_says_so():
+    kf = height_estimator("coloured-kalman", noise=NO_GM)
+    assert kf.states == ("height", "velocity", "acceleration_bias", "offset")
+    assert "no Gauss-Markov" in kf.note
+    assert height_estimator("coloured-kalman", noise=SG13).note == ""
+
+
+def test_without_a_noise_model_it_says_what_to_do():
+    with pytest.raises(ValueError, match="'coloured-kalman' needs a noise model: identify one"):
+        height_estimator("coloured-kalman", dt=0.02)
+
+
+KNOWN = {"bias_sd": 0.0, "bias_walk": 0.0, "offset_sd": 0.0, "midpoint": False, "acceleration_sd": 0.05}
+WAYS = {
+    "white": ("kalman", {"acceleration_sd": 0.05}),
+    "inflated": ("kalman", {"acceleration_sd": 0.05, "correlation": "inflate"}),
+    "differenced": ("differenced-kalman", {**KNOWN, "carry_white": False}),
+    "augmented": ("coloured-kalman", KNOWN),
+}
+
+
+def consistency(way, noise, runs=100, rows=1000, rows_of_nis=100):
+    """Return mean NEES of height and velocity at the end of the runs, and mean NIS of their first rows."""
+    name, settings = WAYS[way]
+    kf = height_estimator(name, noise=noise, **settings)
+    rng = np.random.default_rng(0)
+    t, nees, nis = np.arange(rows) / 50, [], []
+    for _ in range(runs):
+        # at rest but for the initial state and the noise of the filter's own model
+        h0, v0 = rng.normal(scale=[1e-3, 0.1])
+        a = rng.normal(scale=0.05, size=rows)
+        true_v = v0 + np.concatenate([[0], np.cumsum(-a[:-1]) / 50])
+        true_h = h0 + np.concatenate([[0], np.cumsum((true_v[1:] + true_v[:-1]) / 2) / 50])
+        z = true_h + noise.simulate(t, rng)
+        kf.reset()
+        for k in range(rows_of_nis):
+            kf.step(dt=0.02, altitude=z[k], acceleration=0.0)
+            nis.append(kf.mahalanobis**2)
+        kf.reset()
+        kf.run(t, z, np.zeros(rows))
+        error = kf.x[:2, 0] - [true_h[-1], true_v[-1]]
+        nees.append(error @ np.linalg.solve(kf.P[:2, :2], error))
+    return np.mean(nees), np.mean(nis)
+
+
+def band(mean, count, degrees):
+    """Whether the mean of `count` chi² variables of so many degrees of freedom lies in its 95 % band."""
+    low, high = chi2.ppf([0.025, 0.975], count * degrees) / count
+    return low < mean < high
+
+
+def test_in_sg13_noise_only_the_augmented_filter_knows_its_error():
+    results = {way: consistency(way, SG13) for way in WAYS}
+    nees, nis = results["augmented"]
+    assert band(nees, 100, 2)
+    assert band(nis, 100 * 100, 1)
+    outside = [
+        way for way, (nees, nis) in results.items() if not (band(nees, 100, 2) and band(nis, 100 * 100, 1))
+    ]
+    assert outside == ["white", "inflated", "differenced"]
+
+
+def test_in_pure_gauss_markov_noise_the_differenced_filter_knows_its_error_too():
+    for way in ("differenced", "augmented"):
+        nees, nis = consistency(way, PURE_GM)
+        assert band(nees, 100, 2)
+        assert band(nis, 100 * 100, 1)

@@ -1,0 +1,178 @@
+"""What makes the linear filters filterpy filters: its guests accept them and its loops give our numbers."""
+
+import warnings
+
+import numpy as np
+import pytest
+from filterpy.common import Saver
+from filterpy.kalman import IMMEstimator, KalmanFilter, MMAEFilterBank
+
+from baroarma import NoiseModel
+from baroarma.estimators import height_estimator
+from baroarma.testing import height_samples
+
+NOISE = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, drift_rate=0.01, rate_hz=50)
+NAMES = ["kalman", "coloured-kalman", "differenced-kalman"]
+T = np.arange(100) / 50
+Z = np.random.default_rng(0).normal(scale=0.5, size=100)
+
+
+def make(name, **settings):
+    return height_estimator(name, noise=NOISE, **settings)
+
+
+def steps(kf, z=Z):
+    """The same as a filterpy loop, by `step`: no acceleration."""
+    return np.array([kf.step(dt=0.02, altitude=value, acceleration=0.0) for value in z])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_predict_without_input_is_no_acceleration(name):
+    kf, other = make(name), make(name)
+    assert isinstance(kf, KalmanFilter)
+    kf.predict()
+    other.predict(u=0.0)
+    assert np.array_equal(kf.x, other.x)
+    other.predict(u=2.0)
+    assert other.x[1, 0] == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_filterpys_loop_gives_what_step_gives(name):
+    kf = make(name)
+    loop = []
+    for k, z in enumerate(Z):
+        if k:
+            kf.predict()
+        kf.update(z)
+        loop.append([kf.x[0, 0], kf.x[1, 0]])
+    # 0.02 and the differences of the clock differ in the last digit
+    np.testing.assert_allclose(loop, steps(make(name))[:, :2], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_saver_saves_it(name):
+    kf = make(name)
+    saver = Saver(kf)
+    for z in Z[:10]:
+        kf.predict()
+        kf.update(z)
+        saver.save()
+    saver.to_array()
+    assert saver.x.shape == (10, kf.dim_x, 1)
+    assert np.array_equal(saver.x[-1], kf.x)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_batch_filter_and_rts_smoother_give_what_run_and_smooth_give(name):
+    kf = make(name)
+    kf.update(Z[0])
+    first = kf.x.copy(), kf.P.copy()
+    means, covariances, _, _ = kf.batch_filter(Z[1:])
+    assert kf.x.shape == (kf.dim_x, 1)
+    run = make(name).run(T, Z, np.zeros(100))
+    np.testing.assert_allclose(means[:, 0, 0], run.height[1:], atol=1e-9)
+    means = np.concatenate([[first[0]], means])
+    covariances = np.concatenate([[first[1]], covariances])
+    smooth = make(name).smooth(T, Z, np.zeros(100))
+    x, P, _, _ = kf.rts_smoother(means, covariances)
+    # filterpy inverts predicted covariances of condition ~1e12 (offset 1e4 m² against height 1e-6 m²)
+    np.testing.assert_allclose(smooth.height, x[:, 0, 0], atol=1e-5)
+    np.testing.assert_allclose(smooth.height_sd, np.sqrt(P[:, 0, 0]), atol=1e-5)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_imm_without_switching_weighs_two_tunings_by_their_likelihoods(name):
+    imm = IMMEstimator([make(name), make(name, acceleration_sd=5.0)], mu=[0.5, 0.5], M=np.eye(2))
+    alone = [make(name), make(name, acceleration_sd=5.0)]
+    log_likelihoods = np.zeros(2)
+    for z in Z[:30]:
+        imm.predict()
+        imm.update(z)
+        for i, kf in enumerate(alone):
+            kf.predict()
+            kf.update(z)
+            log_likelihoods[i] += kf.log_likelihood
+    weights = np.exp(log_likelihoods - log_likelihoods.max())
+    np.testing.assert_allclose(imm.mu, weights / weights.sum(), rtol=1e-9)
+    mixture = sum(w * kf.x for w, kf in zip(imm.mu, alone, strict=True))
+    np.testing.assert_allclose(imm.x, mixture, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_imm_that_switches_between_equals_is_the_one_filter(name):
+    imm = IMMEstimator([make(name), make(name)], mu=[0.3, 0.7], M=np.array([[0.9, 0.1], [0.2, 0.8]]))
+    alone = make(name)
+    for z in Z[:30]:
+        for kf in (imm, alone):
+            kf.predict(u=0.5)
+            kf.update(z)
+    np.testing.assert_allclose(imm.x, alone.x, atol=1e-9)
+    np.testing.assert_allclose(imm.P, alone.P, rtol=1e-9, atol=1e-12)
+
+
+def test_mmae_bank_weighs_noise_models():
+    white = NoiseModel(correlated_sd=0, correlation_time=0, white_sd=1.5, rate_hz=50)
+    filters = [height_estimator("kalman", noise=noise) for noise in (NOISE, white)]
+    bank = MMAEFilterBank(filters, [0.5, 0.5], dim_x=2, H=None)
+    for z in NOISE.simulate(200, 3):
+        bank.predict()
+        bank.update(z)
+    assert bank.p[0] > 0.99
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_mmae_bank_of_equals_is_the_one_filter(name):
+    alone = make(name)
+    bank = MMAEFilterBank([make(name), make(name)], [0.5, 0.5], dim_x=alone.dim_x)
+    for z in Z[:30]:
+        for kf in (bank, alone):
+            kf.predict()
+            kf.update(z)
+    np.testing.assert_allclose(bank.x, alone.x, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_smoothing_knows_more_than_filtering_and_ends_in_it(name):
+    samples = {key: v for key, v in height_samples(0).items() if key not in ("accel", "gyro")}
+    at_rest = np.arange(200) % 50 == 49
+    run, smooth = (getattr(make(name), method)(**samples, at_rest=at_rest) for method in ("run", "smooth"))
+    assert (smooth.height_sd <= run.height_sd + 1e-9).all()
+    assert smooth.height_sd.mean() < 0.9 * run.height_sd.mean()
+    np.testing.assert_allclose([v[-1] for v in smooth], [v[-1] for v in run], atol=1e-12)
+
+
+def test_smoothed_errors_have_the_smoothed_sd():
+    rng, ratios = np.random.default_rng(4), []
+    for _ in range(100):
+        t = np.arange(300) / 50
+        v0, bias, offset = rng.normal(scale=[0.1, 0.05, 1.0])
+        a = rng.normal(scale=0.05, size=300)
+        velocity = v0 + np.concatenate([[0], np.cumsum(a[:-1]) / 50])
+        height = np.concatenate([[0], np.cumsum((velocity[1:] + velocity[:-1]) / 100)])
+        settings = {"acceleration_sd": 0.05, "bias_walk": 0.0, "offset_sd": 1.0, "midpoint": False}
+        measured = a + bias + rng.normal(scale=0.05, size=300)
+        smooth = make("coloured-kalman", **settings).smooth(
+            t, height + offset + NOISE.simulate(t, rng), measured
+        )
+        ratios.append((smooth.height - height)[150] / smooth.height_sd[150])
+    # chi²/100 has sd 0.14: 3.5 of them
+    assert np.mean(np.square(ratios)) == pytest.approx(1, abs=0.5)
+
+
+def test_a_run_of_many_rows_is_fast_and_quiet():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        t = np.arange(100_000) / 50
+        run = make("coloured-kalman").run(t, np.zeros(100_000), np.zeros(100_000))
+    assert np.isfinite(run.height_sd).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_matrices_of_many_intervals_are_those_of_each(name):
+    kf, dt = make(name), np.array([0.01, 0.02, 3.0])
+    for function in (kf.transition, kf.input_matrix, kf.wander):
+        stack = function(dt)
+        for k, one in enumerate(dt):
+            assert np.array_equal(stack[k], function(one))
+    assert np.array_equal(kf.F, make(name).F)

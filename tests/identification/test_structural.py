@@ -1,0 +1,210 @@
+"""The structural likelihood against a dense Gaussian, and its maximum against the truth."""
+
+import numpy as np
+import pytest
+
+from baroarma import NoiseModel
+from baroarma.identification.intervals import intervals, log_sd, observed_information
+from baroarma.identification.kernels import LIKELIHOODS
+from baroarma.identification.structural import (
+    Problem,
+    fit_second_gauss_markov,
+    fit_terms,
+    maximise,
+    select_terms,
+)
+from baroarma.simulation import BMP085, simulate_rest
+
+THETAS = [
+    (0.3, 0.2),
+    (0.46, 0.0),
+    (0.46, 0.1, 0.27, 0.75),
+    (0.0, 0.1, 0.27, 0.75),
+    (0.3, 0.0, 0.27, 0.75),
+    (0.3, 0.1, 0.27, 0.75, 0.5, 0.1),
+]
+
+
+def problem_of(noise, n, seed):
+    t = np.arange(n) / noise.rate_hz
+    return Problem(t, noise.simulate(t, seed))
+
+
+def dense_log_likelihood(t, y, theta):
+    """Gaussian with the joint covariance, the unknown level integrated out with a flat prior."""
+    c = theta[0] ** 2 * np.eye(len(t)) + theta[1] ** 2 * np.minimum.outer(t - t[0], t - t[0])
+    for sd, tau in zip(theta[2::2], theta[3::2], strict=True):
+        c += sd**2 * np.exp(-np.abs(t[:, None] - t) / tau)
+    inverse, one = np.linalg.inv(c), np.ones(len(t))
+    precision = one @ inverse @ one
+    residual = y - one @ inverse @ y / precision
+    log_det = np.linalg.slogdet(c)[1] + np.log(precision)
+    return -0.5 * (log_det + residual @ inverse @ residual + (len(t) - 1) * np.log(2 * np.pi))
+
+
+@pytest.mark.parametrize("theta", THETAS)
+def test_the_likelihood_is_the_dense_gaussians(theta):
+    rng = np.random.default_rng(0)
+    t, y = np.sort(rng.uniform(0, 6, 80)), rng.normal(size=80)
+    value, _, _ = LIKELIHOODS[len(theta) // 2 - 1](t, y, np.array(theta), np.empty(0))
+    assert value == pytest.approx(dense_log_likelihood(t, y, theta), rel=1e-9)
+
+
+@pytest.mark.parametrize("theta", THETAS)
+@pytest.mark.parametrize("regular", [True, False])
+def test_the_gradient_is_that_of_finite_differences(theta, regular):
+    rng = np.random.default_rng(1)
+    t = np.arange(400) / 50 if regular else np.cumsum(rng.uniform(0.01, 0.03, 400))
+    problem, theta = Problem(t, rng.normal(size=400)), np.array(theta)
+    value, gradient, _ = problem.evaluate(theta)
+    for j in range(len(theta)):
+        up, down = theta.copy(), theta.copy()
+        up[j] *= np.exp(1e-5)
+        down[j] *= np.exp(-1e-5)
+        slope = (problem.evaluate(up)[0] - problem.evaluate(down)[0]) / 2e-5
+        assert gradient[j] == pytest.approx(slope, rel=1e-5, abs=1e-9 * abs(value))
+
+
+def test_the_steady_state_shortcut_changes_nothing():
+    # one interval that differs by 1e-6 every 50 samples keeps the filter from ever standing still
+    noise = NoiseModel(0.27, 0.75, 0.46, 0.05, rate_hz=50)
+    problem = problem_of(noise, 20_000, 2)
+    jitter = np.where(np.arange(20_000) % 50 == 0, 2e-8, 0.0)
+    theta = np.array([0.46, 0.05, 0.27, 0.75])
+    shortcut, full = problem.evaluate(theta), Problem(problem.t + jitter, problem.y).evaluate(theta)
+    assert shortcut[0] == pytest.approx(full[0], abs=1e-3)  # time stamps moved by 1e-6 of an interval
+    assert shortcut[1] == pytest.approx(full[1], abs=1e-2)
+    assert shortcut[2] == pytest.approx(full[2], rel=1e-5)
+
+
+def test_innovations_of_the_true_model_are_standard_normal():
+    noise = NoiseModel(0.27, 0.75, 0.46, 0.05, rate_hz=50)
+    e = problem_of(noise, 30_000, 3).innovations(np.array([0.46, 0.05, 0.27, 0.75]))
+    assert np.std(e) == pytest.approx(1, abs=4 / np.sqrt(2 * len(e)))
+    assert abs(e[1:] @ e[:-1]) / len(e) < 4 / np.sqrt(len(e))
+
+
+def test_scoring_finds_scipys_maximum():
+    from scipy.optimize import minimize
+
+    problem = problem_of(NoiseModel(0.27, 0.75, 0.46, 0.02, rate_hz=50), 6000, 4)
+    fit = fit_terms(problem, ("white", "drift", "gm"))
+    theirs = minimize(
+        lambda x: -problem.evaluate(np.exp(x))[0],
+        np.log([0.5, 0.05, 0.3, 1.0]),
+        jac=lambda x: -problem.evaluate(np.exp(x))[1],
+    )
+    assert fit.log_likelihood >= -theirs.fun - 1e-6
+    assert np.log(fit.theta) == pytest.approx(theirs.x, abs=2e-3)
+
+
+def test_the_fisher_information_is_the_mean_of_the_observed_one():
+    noise, theta = NoiseModel(0.27, 0.75, 0.46, 0.05, rate_hz=50), np.array([0.46, 0.05, 0.27, 0.75])
+    problems = [problem_of(noise, 5000, seed) for seed in range(60)]
+    fisher = np.mean([p.evaluate(theta)[2] for p in problems], axis=0)
+    observed = np.mean([observed_information(p, theta, [0, 1, 2, 3]) for p in problems], axis=0)
+    scores = np.array([p.evaluate(theta)[1] for p in problems])
+    root = np.sqrt(np.diag(fisher))
+    assert observed / np.outer(root, root) == pytest.approx(fisher / np.outer(root, root), abs=0.15)
+    # the score has mean 0 and covariance = information: 60 runs, mean within 4/sqrt(60)
+    assert np.all(np.abs(scores.mean(axis=0) / root) < 4 / np.sqrt(60))
+
+
+@pytest.mark.slow
+def test_estimates_are_unbiased_efficient_and_covered():
+    """SG13's noise, 10 min at 50 Hz, 1 Pa steps; 60 seeds here, 300 in benchmarks/identification.py."""
+    truth = np.array([np.hypot(0.46, 0.0843 / np.sqrt(12)), 0.01, 0.27, 0.75])
+    names = ("white_sd", "drift_rate", "correlated_sd", "correlation_time")
+    thetas, fisher, covered = [], np.zeros((4, 4)), 0
+    for seed in range(60):
+        rest = simulate_rest(600, seed=seed)
+        problem = Problem(rest.t, rest.height())
+        fit = fit_terms(problem, ("white", "drift", "gm"))
+        thetas.append(fit.theta)
+        fisher += problem.evaluate(truth)[2] / 60
+        found = intervals(problem, fit)
+        covered += sum(found[k][0] <= v <= found[k][1] for k, v in zip(names, truth, strict=True))
+    bound = np.sqrt(np.diag(np.linalg.inv(fisher))) * truth
+    bias = np.mean(thetas, axis=0) / truth - 1
+    # the mean of 60 has a standard error of bound/sqrt(60): .06 % white, .4 % GM sd, 1 % tau; 3 of them on top
+    assert abs(bias[0]) < 0.01
+    assert abs(bias[2]) < 0.03 + 0.011
+    assert abs(bias[3]) < 0.05 + 0.03
+    ratio = np.std(thetas, axis=0, ddof=1) / bound
+    assert np.all(ratio[[0, 2, 3]] < 1.15 + 3 / np.sqrt(120))  # a ratio of sds from 60 runs: 9 %
+    assert 0.91 <= covered / 240 <= 0.99
+
+
+@pytest.mark.parametrize(
+    ("noise", "terms"),
+    [
+        (NoiseModel(0, 0, 0.4, rate_hz=50), {"white"}),
+        (NoiseModel(0, 0, 0.4, 0.02, rate_hz=50), {"white", "drift"}),
+        (NoiseModel(0.3, 1.0, 0.4, rate_hz=50), {"white", "gm"}),
+        (NoiseModel(0.3, 1.0, 0.4, 0.05, rate_hz=50), {"white", "gm", "drift"}),
+        (NoiseModel(0.3, 1.0, 0.0, rate_hz=50), {"gm"}),
+        (NoiseModel(0, 0, 0, 0.05, rate_hz=50), {"drift"}),
+    ],
+    ids=repr,
+)
+def test_bic_keeps_the_terms_that_are_there(noise, terms):
+    best, fits = select_terms(problem_of(noise, 30_000, 5))
+    assert set(best.terms) == terms
+    assert best.bic == min(fit.bic for fit in fits)
+
+
+def test_pruning_never_hides_the_winner():
+    problem = problem_of(NoiseModel(0.2, 3.0, 0.4, 0.01, rate_hz=20), 4000, 6)
+    from baroarma.identification.structural import SUBSETS
+
+    everything = min(fit_terms(problem, terms).bic for terms in SUBSETS)
+    assert select_terms(problem)[0].bic == pytest.approx(everything, abs=0.1)
+
+
+def test_two_correlation_times_are_noticed():
+    t = np.arange(30_000) / 50
+    y = NoiseModel(0.3, 0.2, 0.3, rate_hz=50).simulate(t, 7) + NoiseModel(0.4, 8.0, 0, rate_hz=50).simulate(
+        t, 8
+    )
+    problem = Problem(t, y)
+    best, fits = select_terms(problem)
+    assert "gm2" in fits[0].terms
+    assert "gm2" not in best.terms
+    second = fit_second_gauss_markov(problem, fit_terms(problem, ("white", "gm")))
+    assert sorted(second.theta[[3, 5]]) == pytest.approx([0.2, 8.0], rel=0.6)
+
+
+def test_gaps_and_jitter_do_not_bias():
+    noise, rng = NoiseModel(0.27, 0.75, 0.2, 0.02, rate_hz=10), np.random.default_rng(9)
+    ratios = []
+    for seed in range(12):
+        t = np.cumsum(rng.uniform(0.05, 0.15, 8000))
+        t = t[(t % 60 < 45) & (rng.random(8000) > 0.2)]
+
+        problem = Problem(t, noise.simulate(t, seed))
+        fit = fit_terms(problem, ("white", "drift", "gm"))
+        ratios.append(np.log(fit.theta / [0.2, 0.02, 0.27, 0.75]) / log_sd(problem, fit))
+    z = np.array(ratios)[:, [0, 2, 3]]
+    assert np.all(np.abs(z.mean(axis=0)) < 3.5 / np.sqrt(12))
+    assert 0.6 < np.sqrt(np.mean(z**2)) < 1.5  # 36 standard normals
+
+
+def test_an_absent_terms_upper_end_covers_a_term_too_small_to_see():
+    hidden = NoiseModel(0.03, 2.0, 0.46, 0.01, rate_hz=50)
+    problem = problem_of(hidden, 30_000, 10)
+    best, _ = select_terms(problem)
+    found = intervals(problem, best)
+    assert "gm" not in best.terms
+    assert found["correlated_sd"][0] == 0
+    assert 0.03 < found["correlated_sd"][1] < 0.2
+
+
+def test_the_profile_interval_ends_where_the_likelihood_ratio_is_chi_square():
+    problem = problem_of(BMP085.noise, 30_000, 11)
+    fit = fit_terms(problem, ("white", "drift", "gm"))
+    low, high = intervals(problem, fit)["drift_rate"]
+    for end in (low, high):
+        theta = fit.theta.copy()
+        theta[1] = end
+        _, value = maximise(problem, theta, [0, 2, 3])
+        assert 2 * (fit.log_likelihood - value) == pytest.approx(3.84, abs=0.1)
