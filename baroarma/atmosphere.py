@@ -80,7 +80,7 @@ def metres_per_pascal(pressure: float) -> float:
     >>> round(metres_per_pascal(101_325.0), 4)
     0.0832
     """
-    return SCALE_HEIGHT * EXPONENT / pressure * (pressure / SEA_LEVEL_PRESSURE) ** EXPONENT
+    return float(SCALE_HEIGHT * EXPONENT / pressure * (pressure / SEA_LEVEL_PRESSURE) ** EXPONENT)
 
 
 def temperature_factor(pressure: float, temperature: float) -> float:
@@ -104,4 +104,4 @@ def temperature_factor(pressure: float, temperature: float) -> float:
     1.0347
     """
     isa = SEA_LEVEL_TEMPERATURE * (pressure / SEA_LEVEL_PRESSURE) ** EXPONENT
-    return (temperature + 273.15) / isa
+    return float((temperature + 273.15) / isa)

@@ -158,11 +158,11 @@ class NoiseModel:
 
     def autocovariance(self, lag: ArrayLike) -> NDArray[np.float64]:
         """Return the autocovariance of the stationary part at lags in s, m²; white noise is at lag 0."""
-        lag = np.abs(np.asarray(lag, float))
-        correlated = np.zeros(lag.shape)
+        distance = np.abs(np.asarray(lag, float))
+        correlated = np.zeros(distance.shape)
         if self.has_gauss_markov:
-            correlated = self.correlated_sd**2 * np.exp(-lag / self.correlation_time)
-        return correlated + np.where(lag == 0, self.white_sd**2, 0.0)
+            correlated = self.correlated_sd**2 * np.exp(-distance / self.correlation_time)
+        return correlated + np.where(distance == 0, self.white_sd**2, 0.0)
 
     def psd(self, frequency_hz: ArrayLike) -> NDArray[np.float64]:
         """Return the one-sided power spectral density of the raw samples, m²/Hz.
@@ -272,15 +272,13 @@ class NoiseModel:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the documented JSON object, format ``baroarma.noise-model`` version 1."""
-        ci95 = self.ci95 and {
-            key: list(self.ci95[name]) for key, name in zip(JSON_KEYS, PARAMETERS, strict=True)
-        }
+        keys = dict(zip(JSON_KEYS, PARAMETERS, strict=True))
         return {
             "format": "baroarma.noise-model",
             "version": 1,
-            **{key: getattr(self, name) for key, name in zip(JSON_KEYS, PARAMETERS, strict=True)},
+            **{key: getattr(self, name) for key, name in keys.items()},
             "rate_hz": self.rate_hz,
-            "ci95": ci95,
+            "ci95": None if self.ci95 is None else {k: list(self.ci95[name]) for k, name in keys.items()},
             "method": self.method,
             "sensor": self.sensor,
             "whiteness_p": self.whiteness_p,
@@ -305,14 +303,14 @@ class NoiseModel:
             )
         try:
             values = {name: _number(data[key]) for key, name in zip(JSON_KEYS, PARAMETERS, strict=True)}
-            ci95 = data.get("ci95") and {
-                name: (_number(data["ci95"][key][0]), _number(data["ci95"][key][1]))
-                for key, name in zip(JSON_KEYS, PARAMETERS, strict=True)
-            }
+            ci95: dict[str, Interval] | None = None
+            if data.get("ci95"):
+                ends = {name: data["ci95"][key] for key, name in zip(JSON_KEYS, PARAMETERS, strict=True)}
+                ci95 = {name: (_number(low), _number(high)) for name, (low, high) in ends.items()}
             return cls(
                 **values,
                 rate_hz=_number(data["rate_hz"]),
-                ci95=ci95 or None,
+                ci95=ci95,
                 method=str(data.get("method", "by hand")),
                 sensor=str(data.get("sensor", "")),
                 verdict=tuple(Finding(**finding) for finding in data.get("verdict", ())),

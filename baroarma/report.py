@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -82,7 +83,7 @@ class Drawing:
     def __post_init__(self) -> None:
         from markupsafe import Markup
 
-        object.__setattr__(self, "svg", Markup(self.svg))  # noqa: S704 -- our own drawing, escaped inside
+        object.__setattr__(self, "svg", Markup(self.svg))  # our own drawing, escaped inside
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ class Page:
         """Who made it."""
         from baroarma import __version__
 
-        return f"Made by baroarma {__version__}.  This page is complete in itself; it can be kept, sent or printed."
+        return f"Made by baroarma {__version__}.  This page is complete in itself: keep, send or print it."
 
 
 def write_page(path: str | os.PathLike[str], page: Page) -> None:
@@ -127,7 +128,7 @@ def write_page(path: str | os.PathLike[str], page: Page) -> None:
     target = Path(path)
     temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
     try:
-        temporary.write_bytes(html.encode("utf-8", "replace"))  # names may hold halves of characters
+        temporary.write_text(html, encoding="utf-8")
         temporary.replace(target)
     finally:
         temporary.unlink(missing_ok=True)
@@ -200,7 +201,8 @@ def _render(template: str, **values: Any) -> str:
     environment = Environment(
         loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    return environment.get_template(template).render(**values)
+    html = environment.get_template(template).render(**values).encode("utf-8", "replace").decode()
+    return re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f]", "\ufffd", html)  # a name can hold what a page can't
 
 
 def _overview(founds: Sequence[Identification]) -> Section:
@@ -217,15 +219,16 @@ def _anchor(i: int) -> str:
 
 def _blocks(found: Identification, anchor: str, unity_gain_hz: float | None) -> tuple[Block, ...]:
     blocks: list[Block] = [_verdict(found)]
-    whitening = found.model and found.model.whitening_filter(unity_gain_hz=unity_gain_hz)
+    whitening = None
     if found.model is not None:
+        whitening = found.model.whitening_filter(unity_gain_hz=unity_gain_hz)
         blocks += [
             Text("The noise, and what each number means for a filter", _advice(found)),
             _parameters(found.model, meaning=True),
             Text("For a Kalman filter that steps from sample to sample"),
             _kalman(found.model),
         ]
-    blocks += [Text("Data and model"), _figures(found, anchor, whitening)]
+    blocks += [Text("Data and model" if found.ok else "The recording"), _figures(found, anchor, whitening)]
     if whitening is not None:
         blocks += [Text("Whitening filter", _price(whitening)), Code(_coefficients(whitening))]
     if found.fits:
@@ -322,9 +325,9 @@ def _price(whitening: WhiteningFilter) -> str:
     if whitening.zero_hz is None:
         return whitening.note
     return (
-        f"Mind the gain at DC: a steady height change is under-reported by the factor {whitening.dc_gain:.4g}; "
-        f"of 10 m, {10 * whitening.dc_gain:.3g} m are left.  Where height matters, carry the correlated noise "
-        "as a state instead, which distorts nothing."
+        f"Mind the gain at DC: a steady height change is under-reported by the factor "
+        f"{whitening.dc_gain:.4g}; of 10 m, {10 * whitening.dc_gain:.3g} m are left.  Where height matters, "
+        "carry the correlated noise as a state instead, which distorts nothing."
     )
 
 
@@ -341,21 +344,18 @@ def _figures(found: Identification, anchor: str, whitening: WhiteningFilter | No
     from baroarma import plotting
     from baroarma.plotting.canvas import svg
 
-    drawn: list[tuple[Any, str]] = [(partial(plotting.plot_record, found), _CAPTIONS["record"])]
+    names = ["record"] if found.model is None else ["record", "acf", "psd", "allan", "residuals"]
+    drawn: dict[str, Any] = {name: partial(getattr(plotting, f"plot_{name}"), found) for name in names}
     if whitening is not None:
-        for name in ("acf", "psd", "allan", "residuals"):
-            drawn.append((partial(getattr(plotting, f"plot_{name}"), found), _CAPTIONS[name]))
-        drawn.append((partial(plotting.plot_whitening, whitening), _CAPTIONS["whitening"]))
-    return Figures(
-        tuple(Drawing(svg(draw, f"{anchor}-{i}"), caption) for i, (draw, caption) in enumerate(drawn))
-    )
+        drawn["whitening"] = partial(plotting.plot_whitening, whitening)
+    return Figures(tuple(Drawing(svg(draw, f"{anchor}-{n}"), _CAPTIONS[n]) for n, draw in drawn.items()))
 
 
-_CAPTIONS = {
+_CAPTIONS: Final = {
     "record": "All samples (their envelope, where there are many) and means over ten seconds.",
-    "acf": "Band and model come from simulations that were treated like the data: levels of long blocks removed.",
+    "acf": "Model and band come from simulations, treated like the data: the levels of long blocks removed.",
     "psd": "The data's band is 95 %; the terms show which of them rules at which frequency.",
-    "allan": "Scatter of neighbouring averages against their length; at the minimum, averaging has done all it can.",
+    "allan": "Scatter of neighbouring averages against their length; at the minimum it has done its best.",
     "residuals": "Structure that the model misses bends the curve out of the band.",
     "whitening": "What lies below the zero is damped to the gain at DC, real height changes included.",
 }
@@ -364,7 +364,10 @@ _CAPTIONS = {
 def _terms(found: Identification) -> Table:
     least = found.fits[0].bic
     rows = tuple((" + ".join(TERMS[t] for t in f.terms), f"{f.bic - least:.1f}") for f in found.fits)
-    caption = "By BIC: the smaller, the better; a difference of 10 is decisive.  Reported is the best with one Gauss-Markov term at most."
+    caption = (
+        "By BIC: smaller is better, and a difference of 10 is decisive.  The model reported is the best of "
+        "those with at most one Gauss-Markov term."
+    )
     return Table(("terms", "BIC above the best"), rows, caption)
 
 

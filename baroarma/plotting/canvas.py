@@ -94,8 +94,8 @@ def printable(text: str, most: int = 60) -> str:
 
     Examples
     --------
-    >>> printable("rest\\n.csv")
-    'rest\ufffd.csv'
+    >>> printable("rest" + chr(10) + ".csv")
+    'rest�.csv'
     """
     text = text.encode("utf-8", "replace").decode()
     text = "".join(c if c.isprintable() else "\ufffd" for c in text)
@@ -157,7 +157,7 @@ def svg(draw: Callable[[Axes], object], name: str) -> str:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    style: dict[str, Any] = {"svg.fonttype": "none", "svg.hashsalt": name, "text.usetex": False}
+    style: Any = {"svg.fonttype": "none", "svg.hashsalt": name, "text.usetex": False}
     style |= dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "grid.color"), _PAGE_INK)
     style |= dict.fromkeys(("xtick.color", "ytick.color"), _PAGE_INK)
     buffer = io.StringIO()

@@ -102,7 +102,8 @@ def spectrum(t: Signal, height: Signal, *, per_decade: int = 10) -> Spectrum:
 
     The taper (and a straight line removed before) keeps drift from leaking into high frequencies.  A log
     whose longest gap-free stretch has fewer than `ENOUGH` samples, and not half of all, is taken as a whole:
-    the Fourier sums are then evaluated at the times as they are, at up to 8 frequencies per bin.
+    the Fourier sums are then evaluated at the times as they are, at up to 8 frequencies per bin.  Uneven
+    times spread some power of slow noise evenly over all frequencies; the fast end then lies a little high.
 
     Parameters
     ----------
@@ -134,7 +135,8 @@ def spectrum(t: Signal, height: Signal, *, per_decade: int = 10) -> Spectrum:
         frequency = _some_of_each(np.arange(2, n // 2, 2) / duration, per_decade)
         sums = [np.sum(x * np.exp(-2j * np.pi * f * (t - t[0]))) for f in frequency]
         density = scale * np.abs(np.array(sums)) ** 2
-    return Spectrum(*_binned(frequency, density, per_decade, regular), rate, duration, regular)
+    bands = _binned(frequency, density, per_decade, regular)
+    return Spectrum(bands[0], bands[1], bands[2], bands[3], rate, duration, regular)
 
 
 def cumulative_periodogram(x: Signal) -> tuple[Signal, Signal]:

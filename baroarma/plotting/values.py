@@ -18,7 +18,6 @@ from baroarma.plotting.canvas import (
     axes_or_new,
     envelope,
     finish,
-    ink,
     logarithmic,
     printable,
 )
@@ -46,7 +45,8 @@ def plot_recording(recording: Recording, ax: Axes | None = None) -> Axes:
     matplotlib.axes.Axes
     """
     ax = axes_or_new(ax)
-    drawn = [("barometer", recording.height(), {"color": DATA, "linewidth": 0.8})]
+    thin: dict[str, Any] = {"color": DATA, "linewidth": 0.8}
+    drawn = [("barometer", recording.height(), thin)]
     if recording.reference is not None:
         drawn.append(("reference", recording.reference, {"color": MODEL, "linewidth": 1.5}))
     for label, height, style in drawn:

@@ -164,7 +164,6 @@ class Complementary(HeightEstimator):
         u, quiet = self.drive.rows(a)
         w = np.where(np.isnan(a_sd), self.acceleration_sd, a_sd)
         out = np.empty((4, len(dt)))
-        longest = math.inf if self.slow_barometer == "hold" else LONGEST_WEIGHT * self.time_constant
         complementary_rows(
             self._x,
             self._P,
@@ -173,7 +172,7 @@ class Complementary(HeightEstimator):
             (dt, z, u, w, at_rest | quiet),
             self.gain,
             self.slow_barometer == "hold",
-            longest,
+            LONGEST_WEIGHT * self.time_constant,
             self._noise_parameters(),
             self.rest_sd**2,
             out,

@@ -144,9 +144,10 @@ class DifferencedKalman(LinearHeight):
         """Update with an altitude in m (not with a difference); None: no sample.
 
         H and R passed in are taken, unless they are the filter's own attributes (as `batch_filter` passes
-        them), which hold for a sample at every step only.
+        them), which hold for a sample at every step only.  A second sample at the same instant has the same
+        Gauss-Markov noise and is no new sample.
         """
-        if z is None:
+        if z is None or self._gap == 0:
             super().update(None)
             return
         altitude = float(np.squeeze(z))
@@ -163,6 +164,8 @@ class DifferencedKalman(LinearHeight):
         self._gap = gap + dt
 
     def _batch(self, kernel: Any, t: Signal, altitude: Signal, *rest: Any) -> HeightRun:
+        if self._gap == 0 and len(t):
+            altitude = np.concatenate([[np.nan], altitude[1:]])  # the first row takes no time: see `update`
         result = super()._batch(kernel, t, altitude, *rest)
         new = np.flatnonzero(np.isfinite(altitude))
         if len(new):

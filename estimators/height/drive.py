@@ -59,6 +59,15 @@ def as_signal(values: Signal | None, n: int) -> Signal:
     return np.full(n, np.nan) if values is None else np.asarray(values, float)
 
 
+def nominal_interval(dt: float | None) -> float:
+    """Return the interval in s that a filter's matrices are set up for, or say what is wrong with it."""
+    if dt is None:
+        raise ValueError("the nominal interval is missing: give dt= in s, or noise=, whose rate then says it")
+    if not (math.isfinite(dt) and dt > 0):
+        raise ValueError(f"the nominal interval must be a positive number of seconds, but it is {dt}")
+    return float(dt)
+
+
 @njit(cache=True)
 def _drive(
     a: Signal,

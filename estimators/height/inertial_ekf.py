@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from baroarma.estimators.base import Alignment, HeightEstimator, HeightRun, HeightState
 from baroarma.estimators.height import inertial_model as model
 from baroarma.estimators.height.complementary import SG14_ALTITUDE_SD
+from baroarma.estimators.height.drive import nominal_interval
 from baroarma.estimators.height.inertial_model import HEIGHT, STATES, UP, VELOCITY
 from baroarma.estimators.height.kalman import white_sd
 from baroarma.noise_model import NoiseModel
@@ -91,12 +92,8 @@ class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
         initial_velocity_sd: float = 0.1,
         rest_sd: float = 0.01,
     ) -> None:
-        if dt is None:
-            raise ValueError(
-                "the nominal interval is missing: give dt= in s, or noise=, whose rate then says it"
-            )
         ExtendedKalmanFilter.__init__(self, dim_x=STATES, dim_z=1)
-        self.dt, self.initial_tilt_sd, self.rest_sd = dt, initial_tilt_sd, rest_sd
+        self.dt, self.initial_tilt_sd, self.rest_sd = nominal_interval(dt), initial_tilt_sd, rest_sd
         self.accel_noise_sd, self.gyro_noise_sd, self.motion_sd = accel_noise_sd, gyro_noise_sd, motion_sd
         errors = [accel_bias_sd, accel_scale_sd, gyro_bias_sd]
         walks = np.repeat([accel_bias_walk, 0.0, gyro_bias_walk, baseline_walk], [3, 3, 3, 1])
@@ -105,7 +102,7 @@ class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
         )
         self.walks = np.concatenate([np.zeros(5), np.where(self.prior_sds[5:] > 0, walks, 0.0)])
         if altitude_sd is None:
-            altitude_sd = SG14_ALTITUDE_SD if noise is None else white_sd(noise, dt, "ignore")
+            altitude_sd = SG14_ALTITUDE_SD if noise is None else white_sd(noise, self.dt, "ignore")
         self.R, self.H = np.array([[altitude_sd**2]]), np.zeros((1, STATES))
         self.H[0, [HEIGHT, model.BASELINE]] = 1.0
         self.note = ""

@@ -2,6 +2,9 @@
 
 It takes the altimeter's noise for white.  In the steady state its gain divided by dt tends to the
 complementary filter's K = [sqrt(2 sigma_w/sigma_v), sigma_w/sigma_v] as dt -> 0 [SG14, Eq. 25; Higgins 1975].
+
+Lee16 sets the complementary filter's velocity to 0 at rest [Eq. 14].  A Kalman filter is told so instead: by
+a measurement of the velocity, 0 with `rest_sd`, which also tells it how sure the height is.
 """
 
 from __future__ import annotations

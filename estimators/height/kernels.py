@@ -1,13 +1,14 @@
-"""Compiled loops of the height estimators: one for every linear Kalman filter, one for its smoother.
+"""The compiled loop of every linear Kalman height filter.
 
-The loops know no model: matrices come as tables, one entry for each distinct interval, built by the filter's
+It knows no model: matrices come as tables, one entry for each distinct interval, built by the filter's
 own named functions, with an index for each row.  Row k is
 
     x = F x + B u,  P = F P F' + Q + sigma_a^2 B B'             (not on the first row: index -1)
     update with v = 0, variance `rest_variance`                 (where at rest)
     update with z = H x + noise of variance R                   (where z is not NaN)
 
-in the order and the form (Joseph) of filterpy's own `predict` and `update`.  Nothing is allocated in a loop.
+in the order and the form (Joseph) of filterpy's own `predict` and `update`.  Nothing is allocated on the way.
+`smoother` goes back over the same rows.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Index = NDArray[np.int64]
 
 
 class Rows(NamedTuple):
-    """What the loops read: tables of matrices, and n rows that point into them."""
+    """What the loop reads: tables of matrices, and n rows that point into them."""
 
     F: Signal
     """Transitions, (tables, m, m)."""
@@ -116,7 +117,7 @@ def update(
 
 @njit(cache=True)
 def _joseph(P: Signal, left: Signal, gain: Signal, r: float) -> None:
-    """P = left P left' + r gain gain', with left = I - gain h' of rank-one distance from I."""
+    """P = left P left' + r gain gain' in place; left (m + 1, m) is I - gain h' and a row to work in."""
     m = len(P)
     for j in range(m):  # columns: left @ P
         for i in range(m):
@@ -157,100 +158,3 @@ def filter_rows(rows: Rows, x: Signal, P: Signal, out: Signal) -> None:
         row(k, rows, x, P, gain, work)
         out[0, k], out[1, k] = x[0], x[1]
         out[2, k], out[3, k] = math.sqrt(P[0, 0]), math.sqrt(P[1, 1])
-
-
-@njit(cache=True)
-def smooth_rows(rows: Rows, x: Signal, P: Signal, out: Signal) -> None:
-    """Filter in place, then go back: the modified Bryson-Frazier smoother, which inverts no covariance.
-
-    With the adjoint l and its covariance L, zero at the end, x_s = x - P l and P_s = P - P L P after row k;
-    a measurement adds L = C' L C + h h'/S, l = C' l - h y/S with C = I - K h', a step turns both by F
-    [Bierman 1973].
-    """
-    n, m = len(rows.z), len(x)
-    before_x, before_P = np.empty((n, m)), np.empty((n, m, m))
-    gains, work = np.empty((2, m)), np.empty((m + 1, m))
-    for k in range(n):
-        before_x[k], before_P[k] = x, P
-        row(k, rows, x, P, gains[0], work)
-    last_x, last_P = x.copy(), P.copy()
-    adjoint, spread, turn = np.zeros(m), np.zeros((m, m)), np.empty((m, m))
-    for k in range(n - 1, -1, -1):
-        after_x = before_x[k + 1] if k < n - 1 else last_x
-        after_P = before_P[k + 1] if k < n - 1 else last_P
-        for i in range(2):
-            variance = after_P[i, i]
-            mean = after_x[i]
-            for a in range(m):
-                mean -= after_P[i, a] * adjoint[a]
-                for b in range(m):
-                    variance -= after_P[i, a] * spread[a, b] * after_P[b, i]
-            out[i, k], out[2 + i, k] = mean, math.sqrt(max(variance, 0.0))
-        x[:], P[:] = before_x[k], before_P[k]
-        _back(k, rows, x, P, gains, work, adjoint, spread, turn)
-    x[:], P[:] = last_x, last_P
-
-
-@njit(cache=True)
-def _back(
-    k: int,
-    rows: Rows,
-    x: Signal,
-    P: Signal,
-    gains: Signal,
-    work: Signal,
-    adjoint: Signal,
-    spread: Signal,
-    turn: Signal,
-) -> None:
-    """Take the adjoint from after row k to before it; x and P are the filter's before row k."""
-    step = rows.transition[k]
-    if step >= 0:
-        F, B, Q = rows.F[step], rows.B[step], rows.Q[step]
-        predict(x, P, F, B, Q, rows.u[k], rows.acceleration_variance[k], work)
-    y_rest, s_rest = 0.0, 1.0
-    if rows.at_rest[k]:
-        y_rest, s_rest = update(x, P, rows.rest, rows.rest_variance, 0.0, gains[0], work)
-    if not math.isnan(rows.z[k]):
-        i = rows.measurement[k]
-        y, s = update(x, P, rows.H[i], rows.R[i], rows.z[k], gains[1], work)
-        _absorb(adjoint, spread, rows.H[i], gains[1], y, s, turn, work)
-    if rows.at_rest[k]:
-        _absorb(adjoint, spread, rows.rest, gains[0], y_rest, s_rest, turn, work)
-    if step >= 0:
-        turn[:] = rows.F[step].T
-        _turn(adjoint, spread, turn, work)
-
-
-@njit(cache=True)
-def _absorb(
-    adjoint: Signal,
-    spread: Signal,
-    h: Signal,
-    gain: Signal,
-    y: float,
-    s: float,
-    turn: Signal,
-    work: Signal,
-) -> None:
-    m = len(h)
-    for i in range(m):
-        for j in range(m):
-            turn[i, j] = (1.0 if i == j else 0.0) - h[i] * gain[j]  # C' = I - h K'
-    _turn(adjoint, spread, turn, work)
-    for i in range(m):
-        adjoint[i] -= h[i] * y / s
-        for j in range(m):
-            spread[i, j] += h[i] * h[j] / s
-
-
-@njit(cache=True)
-def _turn(adjoint: Signal, spread: Signal, turn: Signal, work: Signal) -> None:
-    m = len(adjoint)
-    for i in range(m):
-        work[i, 0] = 0.0
-        for j in range(m):
-            work[i, 0] += turn[i, j] * adjoint[j]
-    for i in range(m):
-        adjoint[i] = work[i, 0]
-    sandwich(turn, spread, work)

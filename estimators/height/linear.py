@@ -21,8 +21,9 @@ from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
 from baroarma.estimators.base import Alignment, HeightEstimator, HeightRun, HeightState
-from baroarma.estimators.height.drive import Drive, as_signal
-from baroarma.estimators.height.kernels import Rows, filter_rows, smooth_rows
+from baroarma.estimators.height.drive import Drive, as_signal, nominal_interval
+from baroarma.estimators.height.kernels import Rows, filter_rows
+from baroarma.estimators.height.smoother import smooth_rows
 
 Signal = NDArray[np.float64]
 
@@ -68,16 +69,13 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         zupt_threshold: float = 0.1,
         rest_sd: float = 0.01,
     ) -> None:
-        if dt is None:
-            raise ValueError(
-                "the nominal interval is missing: give dt= in s, or noise=, whose rate then says it"
-            )
         KalmanFilter.__init__(self, dim_x=len(states), dim_z=1, dim_u=1)
-        self.states, self.dt = states, dt
+        self.states, self.dt = states, nominal_interval(dt)
         self.acceleration_sd, self.rest_sd = acceleration_sd, rest_sd
         self.initial_height_sd, self.initial_velocity_sd = initial_height_sd, initial_velocity_sd
         self.drive = Drive(midpoint=midpoint, zupt_steps=zupt_steps, zupt_threshold=zupt_threshold)
-        self.F, self.B, self.Q = self.transition(dt), self.input_matrix(dt), self.process_noise(dt)
+        self.F, self.B = self.transition(self.dt), self.input_matrix(self.dt)
+        self.Q = self.process_noise(self.dt)
         self.reset()
 
     @abstractmethod
@@ -128,7 +126,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
             self._advance(dt, u, acceleration_sd)
         self._started = True
         if at_rest or quiet:
-            KalmanFilter.update(self, 0.0, R=self.rest_sd**2, H=self._rest()[None])
+            KalmanFilter.update(self, np.zeros((1, 1)), R=self.rest_sd**2, H=self._rest()[None])
         if not np.isnan(altitude):
             self.update(altitude)
         sds = np.sqrt(np.diag(self.P)[:2])
@@ -200,7 +198,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         return np.array(self.H, float), np.reshape(self.R, 1), np.zeros(len(t), np.int64), altitude
 
     def _rest(self) -> Signal:
-        return np.eye(self.dim_x)[1]
+        return np.asarray(np.eye(self.dim_x)[1])
 
     def _restore(self, x: Signal, P: Signal) -> None:
         self.x, self.P = x[:, None].copy(), P.copy()

@@ -75,6 +75,13 @@ def test_a_barometer_at_a_fifth_of_the_rate_keeps_the_answer_to_a_step():
         assert np.abs(fifth - full).max() < 5 / RATE
 
 
+@pytest.mark.parametrize("slow_barometer", ["weight", "hold"])
+def test_a_long_step_does_not_overshoot(slow_barometer):
+    t = np.concatenate([np.arange(100), np.arange(250, 400)]) / RATE
+    run = Complementary(slow_barometer=slow_barometer).run(t, np.ones(250), np.zeros(250))
+    assert run.height.max() < 2  # K T of 3 s would be 5 times the residual
+
+
 def test_a_sample_after_a_gap_does_not_overshoot():
     t = np.arange(1000) / RATE
     z = np.where((t > 4) & (t < 12), np.nan, 0.0)

@@ -53,6 +53,19 @@ def test_filterpys_own_loop_differences_for_itself():
     np.testing.assert_allclose(kf.P, stepped.P, atol=1e-12)
 
 
+def test_a_second_sample_at_the_same_instant_is_no_new_sample():
+    once, twice = (DifferencedKalman(noise=PURE_GM, dt=0.02) for _ in range(2))
+    for kf in (once, twice):
+        kf.update(0.5)
+        kf.predict()
+        kf.update(0.2)
+    twice.update(0.7)
+    assert np.array_equal(once.x, twice.x)
+    t, z = np.arange(5) / 50, np.arange(5.0)
+    late = once.run(t, np.where(t == 0, np.nan, z)), twice.run(t, z)
+    np.testing.assert_array_equal(*late)
+
+
 def test_it_says_what_it_ignores():
     ignoring = DifferencedKalman(noise=DRIFTING, dt=0.02, carry_white=False)
     r0, r1, r2 = DRIFTING.autocovariance([0.0, 0.02, 0.04])

@@ -103,7 +103,7 @@ def test_it_levels_by_the_accelerometer_and_follows_the_gyro():
 
 
 def test_it_finds_bias_scale_and_baseline_with_honest_sds():
-    rng, n, runs = np.random.default_rng(5), 1500, 12
+    rng, n, runs = np.random.default_rng(5), 1000, 8
     motion = 1.0 * np.sin(2 * np.pi * 0.5 * np.arange(n) / 50)
     height = np.zeros(n)
     velocity = np.concatenate([[0], np.cumsum(motion[:-1]) / 50])
@@ -120,9 +120,9 @@ def test_it_finds_bias_scale_and_baseline_with_honest_sds():
         errors = np.array([run.height[-1] - height[-1], kf.x[7, 0] - bias, kf.x[14, 0] - baseline])
         index = [model.HEIGHT, 7, model.BASELINE]
         nees.append(errors**2 / np.diag(kf.P)[index])
-        assert kf.P[7, 7] < 0.2 * 0.1**2  # the barometer does find the bias
-    # mean of 12 squares of unit normals: sd 0.41; the velocity starts better than its sd says
-    assert (np.mean(nees, axis=0) < 1 + 3 * 0.41).all()
+        assert kf.P[7, 7] < 0.5 * 0.1**2  # the barometer does find the bias
+    # mean of 8 squares of unit normals: sd 0.5; the velocity starts better than its sd says
+    assert (np.mean(nees, axis=0) < 1 + 3 * 0.5).all()
     assert np.mean(nees) > 0.2
 
 

@@ -99,3 +99,5 @@ def test_an_unknown_treatment_is_refused():
 def test_without_an_interval_it_says_what_is_missing():
     with pytest.raises(ValueError, match="give dt= in s, or noise="):
         Kalman()
+    with pytest.raises(ValueError, match=r"positive number of seconds, but it is -0\.1"):
+        Kalman(dt=-0.1)

@@ -58,8 +58,10 @@ def test_saver_saves_it(name):
         kf.predict()
         kf.update(z)
         saver.save()
+    kf.step(dt=0.02, altitude=np.nan, acceleration=0.0, at_rest=True)
+    saver.save()
     saver.to_array()
-    assert saver.x.shape == (10, kf.dim_x, 1)
+    assert saver.x.shape == (11, kf.dim_x, 1)
     assert np.array_equal(saver.x[-1], kf.x)
 
 

@@ -1,0 +1,118 @@
+"""Back over the rows of a linear Kalman height filter: the modified Bryson-Frazier smoother, compiled.
+
+With the adjoint l and its covariance L, both zero at the end, the estimate after row k given *all* rows is
+
+    x_s = x - P l,   P_s = P - P L P.
+
+Going back over a measurement, L = C' L C + h h'/S and l = C' l - h y/S with C = I - K h'; over a step,
+L = F' L F and l = F' l [Bierman 1973].  Unlike Rauch, Tung and Striebel's it inverts no covariance, so that
+states that are known exactly or repeat another one do no harm.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from baroarma.estimators.height.kernels import Rows, predict, row, sandwich, update
+
+Signal = NDArray[np.float64]
+
+
+@njit(cache=True)
+def smooth_rows(rows: Rows, x: Signal, P: Signal, out: Signal) -> None:
+    """Filter in place, then go back; out (4, n) gets height, velocity and their sds given all rows."""
+    n, m = len(rows.z), len(x)
+    xs, Ps = np.empty((n + 1, m)), np.empty((n + 1, m, m))  # before the first row, then after each
+    gains, work = np.empty((2, m)), np.empty((m + 1, m))
+    xs[0], Ps[0] = x, P
+    for k in range(n):
+        row(k, rows, x, P, gains[0], work)
+        xs[k + 1], Ps[k + 1] = x, P
+    adjoint, spread, turn = np.zeros(m), np.zeros((m, m)), np.empty((m, m))
+    for k in range(n - 1, -1, -1):
+        for i in range(2):
+            mean, variance = _smoothed(i, xs[k + 1], Ps[k + 1], adjoint, spread)
+            out[i, k], out[2 + i, k] = mean, math.sqrt(max(variance, 0.0))
+        x[:], P[:] = xs[k], Ps[k]
+        _back(k, rows, x, P, gains, work, adjoint, spread, turn)
+    x[:], P[:] = xs[n], Ps[n]
+
+
+@njit(cache=True)
+def _smoothed(i: int, x: Signal, P: Signal, adjoint: Signal, spread: Signal) -> tuple[float, float]:
+    """Mean and variance of state i."""
+    mean, variance = x[i], P[i, i]
+    for a in range(len(x)):
+        mean -= P[i, a] * adjoint[a]
+        for b in range(len(x)):
+            variance -= P[i, a] * spread[a, b] * P[b, i]
+    return mean, variance
+
+
+@njit(cache=True)
+def _back(
+    k: int,
+    rows: Rows,
+    x: Signal,
+    P: Signal,
+    gains: Signal,
+    work: Signal,
+    adjoint: Signal,
+    spread: Signal,
+    turn: Signal,
+) -> None:
+    """Take the adjoint from after row k to before it; x and P are the filter's before row k."""
+    step = rows.transition[k]
+    if step >= 0:
+        F, B, Q = rows.F[step], rows.B[step], rows.Q[step]
+        predict(x, P, F, B, Q, rows.u[k], rows.acceleration_variance[k], work)
+    y_rest, s_rest = 0.0, 1.0
+    if rows.at_rest[k]:
+        y_rest, s_rest = update(x, P, rows.rest, rows.rest_variance, 0.0, gains[0], work)
+    if not math.isnan(rows.z[k]):
+        i = rows.measurement[k]
+        y, s = update(x, P, rows.H[i], rows.R[i], rows.z[k], gains[1], work)
+        _absorb(adjoint, spread, rows.H[i], gains[1], y, s, turn, work)
+    if rows.at_rest[k]:
+        _absorb(adjoint, spread, rows.rest, gains[0], y_rest, s_rest, turn, work)
+    if step >= 0:
+        turn[:] = rows.F[step].T
+        _turn(adjoint, spread, turn, work)
+
+
+@njit(cache=True)
+def _absorb(
+    adjoint: Signal,
+    spread: Signal,
+    h: Signal,
+    gain: Signal,
+    y: float,
+    s: float,
+    turn: Signal,
+    work: Signal,
+) -> None:
+    m = len(h)
+    for i in range(m):
+        for j in range(m):
+            turn[i, j] = (1.0 if i == j else 0.0) - h[i] * gain[j]  # C' = I - h K'
+    _turn(adjoint, spread, turn, work)
+    for i in range(m):
+        adjoint[i] -= h[i] * y / s
+        for j in range(m):
+            spread[i, j] += h[i] * h[j] / s
+
+
+@njit(cache=True)
+def _turn(adjoint: Signal, spread: Signal, turn: Signal, work: Signal) -> None:
+    m = len(adjoint)
+    for i in range(m):
+        work[i, 0] = 0.0
+        for j in range(m):
+            work[i, 0] += turn[i, j] * adjoint[j]
+    for i in range(m):
+        adjoint[i] = work[i, 0]
+    sandwich(turn, spread, work)
