@@ -123,7 +123,25 @@ class Page:
 
 
 def write_page(path: str | os.PathLike[str], page: Page) -> None:
-    """Write a page as one self-contained HTML file, complete or not at all."""
+    """Write a page as one self-contained HTML file, complete or not at all.
+
+    Parameters
+    ----------
+    path : path-like
+        Where to write; an older page stays until the new one is complete.
+    page : Page
+        What to write.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> table = Table(("preset", "height RMSE (m)"), (("kalman", "0.30"), ("coloured-kalman", "0.20")))
+    >>> page = Page("Bake-off", (Section((Text("Heights"), table)),))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_page(Path(folder) / "page.html", page)
+    ...     (Path(folder) / "page.html").read_text(encoding="utf-8")[:15]
+    '<!DOCTYPE html>'
+    """
     html = _render("page.html", page=page)
     target = Path(path)
     temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
@@ -165,7 +183,13 @@ def write_identification_report(
 
 
 def model_table(model: NoiseModel) -> str:
-    """Return a noise model as an HTML table for notebooks."""
+    """Return a noise model as an HTML table for notebooks.
+
+    Examples
+    --------
+    >>> "0.46 m" in model_table(NoiseModel(0, 0, 0.46, rate_hz=50))
+    True
+    """
     return _render("notebook.html", box=None, tables=[_parameters(model)])
 
 
@@ -293,8 +317,8 @@ def _meaning(model: NoiseModel, name: str) -> str:
         )
     if name == "correlated_sd":
         return (
-            f"Averaging for a second does not remove it: carry it as a state of variance {value**2:.4g} m², "
-            "or whiten it."
+            "Averaging over less than many correlation times does not remove it: carry it as a state of "
+            f"variance {value**2:.4g} m², or whiten it."
         )
     if name == "correlation_time":
         return "How long that error lasts: samples this far apart still correlate by 37 %."
@@ -312,12 +336,17 @@ def _kalman(model: NoiseModel) -> Table:
         phi = math.exp(-dt / model.correlation_time)
         steady = model.correlated_sd**2
         rows += [
-            ("Gauss-Markov state", "F = exp(−Δt/τ)", f"{phi:.6g}"),
-            ("", "Q = sd²·(1 − F²)", f"{steady * -math.expm1(-2 * dt / model.correlation_time):.6g} m²"),
-            ("", "P at the start = sd²", f"{steady:.6g} m²"),
+            ("Gauss-Markov state: transition", "F = exp(−Δt/τ)", f"{phi:.6g}"),
+            (
+                "Gauss-Markov state: process noise",
+                "Q = sd²·(1 − F²)",
+                f"{steady * -math.expm1(-2 * dt / model.correlation_time):.6g} m²",
+            ),
+            ("Gauss-Markov state: at the start", "P = sd²", f"{steady:.6g} m²"),
         ]
     if model.drift_rate:
-        rows.append(("drift state", "F = 1, Q = drift rate²·Δt", f"{model.drift_rate**2 * dt:.6g} m²"))
+        step = model.drift_rate**2 * dt
+        rows.append(("drift state: process noise", "Q = drift rate²·Δt, with F = 1", f"{step:.6g} m²"))
     return Table(("part", "formula", "value"), tuple(rows), f"Δt = {dt:.6g} s; the states add to the height.")
 
 

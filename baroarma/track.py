@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Signal = NDArray[np.float64]
+
+
+class TrackState(NamedTuple):
+    """Hold a track's row, the state now: m and m/s, up, with standard deviations, and m/s², up."""
+
+    height: float
+    velocity: float
+    height_sd: float
+    velocity_sd: float
+    acceleration: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,11 +1,7 @@
-"""The tracker: alignment, conditioning, attitude and height, chained; in batch or one sample at a time.
-
-    accel, gyro ── attitude ── vertical acceleration ──┐
-                                                       ├── height ── Track
-    pressure ── altitude ── conditioning ──────────────┘
+"""The tracker: from settings and a second of rest to a chain of estimators, in batch or one sample at a time.
 
 The first second is taken for rest.  Its means give the tilt, the gyro bias and the altitude's zero; `run`
-answers 0 there, `step` None.  From then on `step` and `run` give the same numbers.
+answers 0 there, `step` None.  From then on `step` and `run` give the same numbers (`baroarma.chain`).
 """
 
 from __future__ import annotations
@@ -14,12 +10,13 @@ import os
 import pickle
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baroarma.atmosphere import pressure_altitude
+from baroarma.chain import Chain, ChainRun
 from baroarma.estimators import attitude_estimator, height_estimator
 from baroarma.estimators.attitude.alignment import align
 from baroarma.estimators.base import Alignment, AttitudeEstimator, HeightEstimator
@@ -29,26 +26,17 @@ from baroarma.finding import Finding
 from baroarma.noise_model import NoiseModel
 from baroarma.presets import Preset, find_preset
 from baroarma.recording import Recording
-from baroarma.track import Track
+from baroarma.track import Track, TrackState
+from baroarma.whitening import WhiteningFilter
 
 Signal = NDArray[np.float64]
-ALIGNMENT = 1.0
+ALIGNMENT: Final = 1.0
 """Seconds of rest at the start [SG14, Sec. 2.4]."""
-DEFAULT_NOISE = NoiseModel(0.27, 0.75, 0.46, 0.01, rate_hz=50.0, sensor="BMP085 (SG13), by default")
-"""What a preset that lives on a noise model takes, with a warning, when none is given."""
-PRESSURE_ONLY_SD = 0.5
-"""Sd in m/s² of the motion that a pressure-only track allows for: people, stairs, lifts."""
-_ROUNDING = 1e-6  # s; sums of intervals and differences of times disagree by less
-
-
-class TrackState(NamedTuple):
-    """What `Tracker.step` returns: height (m) and velocity (m/s), up, with sds; acceleration (m/s²)."""
-
-    height: float
-    velocity: float
-    height_sd: float
-    velocity_sd: float
-    acceleration: float
+DEFAULT_NOISE: Final = NoiseModel(0.27, 0.75, 0.46, 0.01, rate_hz=50.0, sensor="BMP085 (SG13), by default")
+"""What a height estimator that lives on a noise model takes, with a warning, when none is given."""
+NEED_NOISE: Final = ("coloured-kalman", "differenced-kalman")
+"""The height estimators that do."""
+_ROUNDING: Final = 5e-7  # s: half of a microsecond clock's step, and four of a double's at 1e9 s
 
 
 class Tracker:
@@ -68,7 +56,7 @@ class Tracker:
     Raises
     ------
     ValueError
-        For an unknown name or setting; the message lists what there is.
+        For an unknown name or setting, or back-ends that don't fit together; the message says what does.
 
     Examples
     --------
@@ -89,34 +77,13 @@ class Tracker:
         height_settings: dict[str, Any] | None = None,
     ) -> None:
         base = find_preset(preset)
-        chosen = replace(
-            base,
-            attitude=attitude or base.attitude,
-            height=height or base.height,
-            conditioning=conditioning or base.conditioning,
-        )
-        if chosen.conditioning not in CONDITIONINGS:
-            raise ValueError(
-                f"there is no conditioning {chosen.conditioning!r}; there are {', '.join(CONDITIONINGS)}"
-            )
-        if chosen != base:
-            chosen = replace(chosen, name="+".join(filter(None, (chosen.attitude, chosen.height))))
-        self.settings: Preset = chosen
         self.noise = noise
-        same_attitude, same_height = chosen.attitude == base.attitude, chosen.height == base.height
-        self._attitude_settings = {
-            **{k: c.value for k, c in base.attitude_settings.items() if same_attitude},
-            **(attitude_settings or {}),
-        }
-        self._height_settings = {
-            **{k: c.value for k, c in base.height_settings.items() if same_height},
-            **(height_settings or {}),
-        }
-        self._attitude: AttitudeEstimator | None = None
-        if chosen.attitude is not None and chosen.height is not None:
-            self._attitude = attitude_estimator(chosen.attitude, **self._attitude_settings)
-        if chosen.height is not None:
-            self._make_height(0.02)  # a wrong name or setting is told now, not at the first sample
+        self.settings = _chosen(base, attitude, height, conditioning)
+        self._attitude_settings = _settings(base, self.settings, "attitude") | (attitude_settings or {})
+        self._height_settings = _settings(base, self.settings, "height") | (height_settings or {})
+        self._couple(explicit=attitude is not None)
+        if attitude_settings or height_settings:
+            self.settings = replace(self.settings, name=f"{self.settings.name} (own settings)")
         self.reset()
 
     @classmethod
@@ -131,53 +98,53 @@ class Tracker:
 
     def reset(self) -> None:
         """Forget everything but the settings."""
-        self._early: list[tuple[float, Signal, Signal, float]] | None = []
+        self._chain: Chain | None = None
+        self._with_imu = True
+        self._early: list[tuple[float, Signal, Signal, float]] = []
         self._elapsed = 0.0
-        self._zero = 0.0
-        self._height: HeightEstimator | None = None
-        self._conditioner: Conditioner | None = None
-        self._last_acceleration = 0.0
-        self._last_velocity = 0.0
 
-    def step(self, *, dt: float, accel: ArrayLike, gyro: ArrayLike, pressure: float) -> TrackState | None:
-        """Take one sample of all sensors.
+    def step(
+        self,
+        *,
+        dt: float,
+        pressure: float,
+        accel: ArrayLike | None = None,
+        gyro: ArrayLike | None = None,
+        attitude: ArrayLike | None = None,
+    ) -> TrackState | None:
+        """Take one sample of all sensors.  After a `run` it goes on where that ended.
 
         Parameters
         ----------
         dt : float
             Time since the previous call in s; what it is on the first call has no effect.
-        accel, gyro : array_like, shape (3,)
-            Specific force in m/s² and angular rate in rad/s, body axes; NaN: no new sample.
         pressure : float
             Pa; NaN: no new sample.
+        accel, gyro : array_like, shape (3,), optional
+            Specific force in m/s² and angular rate in rad/s, body axes; NaN: no new sample.  Without both on
+            the first call there is no IMU, and the track is one of pressure alone, as `run` would do it.
+        attitude : array_like, shape (4,), optional
+            Reference attitude, quaternion body to world, scalar last, for the attitude "reference".
 
         Returns
         -------
         TrackState or None
             The state now; None while aligning.
         """
-        if self.settings.height is None:
-            raise ValueError(f"the preset {self.settings.name} works off-line only; use run")
-        accel, gyro = np.asarray(accel, float), np.asarray(gyro, float)
+        force, rate = (np.full(3, np.nan) if v is None else np.asarray(v, float) for v in (accel, gyro))
         altitude = float(pressure_altitude(pressure))
-        if self._early is not None:
-            self._elapsed += dt if self._early else 0.0
+        if self._chain is None:
+            if not self._early:
+                self._refuse_steps(with_imu=accel is not None and gyro is not None)
+            self._elapsed += _checked(dt) if self._early else 0.0
             if self._elapsed < ALIGNMENT - _ROUNDING:
-                self._early.append((self._elapsed, accel, gyro, altitude))
+                self._early.append((self._elapsed, force, rate, altitude))
                 return None
-            self._align_from_memory(dt)
-        assert self._height is not None
-        assert self._conditioner is not None
-        conditioned = self._conditioner.step(self._relative(altitude))
-        if self._attitude is None:
-            state = self._height.step(dt=dt, altitude=conditioned, accel=accel, gyro=gyro)
-            acceleration = (state.velocity - self._last_velocity) / dt if dt > 0 else 0.0
-        else:
-            a = self._attitude.step(dt=dt, accel=accel, gyro=gyro).acceleration
-            state = self._height.step(dt=dt, altitude=conditioned, acceleration=a)
-            acceleration = self._last_acceleration if np.isnan(a) else a
-        self._last_acceleration, self._last_velocity = acceleration, state.velocity
-        return TrackState(*state, acceleration)
+            columns = (np.array(column) for column in zip(*self._early, strict=True))
+            self._chain = self._aligned(*columns, dt=dt)
+            self._early = []
+        given = None if attitude is None else np.asarray(attitude, float)
+        return self._chain.step(dt=_checked(dt), altitude=altitude, accel=force, gyro=rate, attitude=given)
 
     def run(self, recording: Recording) -> Track:
         """Track a whole recording.
@@ -197,35 +164,24 @@ class Tracker:
         ValueError
             If the recording lacks what the preset needs; the message says what.
         """
-        self._check(recording)
+        self._refuse(recording)
         self.reset()
         if self.settings.height is None:
-            return bourke_track(recording)
-        t = recording.t
-        altitude = recording.height()
-        early = t - t[0] < ALIGNMENT - _ROUNDING
-        if early.all():
+            track = bourke_track(recording)
+            return replace(track, findings=(*_notes(recording), *track.findings))
+        t, altitude = recording.t, recording.height()
+        elapsed = np.cumsum(np.diff(t, prepend=t[:1]))  # as `step` sums it
+        start = int(np.searchsorted(elapsed, ALIGNMENT - _ROUNDING))
+        if start == len(t):
             raise ValueError(
-                f"{recording.name or 'the recording'} lasts {recording.duration:.3g} s, all of it needed to "
-                f"align; at least {ALIGNMENT:g} s of rest and some motion are needed"
+                f"{_name(recording)} lasts {recording.duration:.3g} s, all of it needed to align; at least "
+                f"{ALIGNMENT:g} s of rest and some motion are needed"
             )
-        start = int(early.sum())
-        alignment = self._align(
-            t[early] - t[0],
-            None if recording.accel is None else recording.accel[early],
-            None if recording.gyro is None else recording.gyro[early],
-            altitude[early],
-            float(t[start] - t[start - 1]),
-        )
-        assert self._height is not None
-        assert self._conditioner is not None
-        relative = altitude - self._zero
-        if np.isnan(self._zero):
-            relative = altitude - _first(altitude)
-        conditioned = self._conditioner.run(relative[start:])
-        later = recording.rows(slice(start, None))
-        acceleration, height = self._run_chain(later, conditioned, alignment)
-        return self._track(recording, start, acceleration, height)
+        dt, early = float(t[start] - t[start - 1]), recording.rows(slice(start))
+        self._with_imu = recording.accel is not None and recording.gyro is not None
+        self._chain = self._aligned(elapsed[:start], early.accel, early.gyro, altitude[:start], dt=dt)
+        found = self._chain.run(recording.rows(slice(start, None)), altitude[start:], dt)
+        return _track(recording, start, found, self.settings.name, self._findings(recording))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the tracker with its state, to go on with `load` exactly where it stopped (a pickle)."""
@@ -239,157 +195,211 @@ class Tracker:
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Tracker:
-        """Read a tracker that `save` wrote.  It is a pickle: load only files that you trust."""
-        saved = pickle.loads(Path(path).read_bytes())
-        if not isinstance(saved, dict) or saved.get("format") != "baroarma.tracker":
-            raise ValueError(f"{path} holds no tracker that Tracker.save wrote")
+        """Read a tracker that `save` wrote.  It is a pickle: load only files that you trust.
+
+        Raises
+        ------
+        ValueError
+            If the file holds no tracker; the message names it.
+        """
+        try:
+            saved = pickle.loads(Path(path).read_bytes())
+        except (
+            pickle.UnpicklingError,
+            EOFError,
+            AttributeError,
+            ImportError,
+            IndexError,
+            ValueError,
+        ) as error:
+            raise ValueError(f"{path} holds no tracker that Tracker.save of this version wrote") from error
+        known = isinstance(saved, dict) and saved.get("format") == "baroarma.tracker"
+        if not known or saved.get("version") != 1:
+            raise ValueError(f"{path} holds no tracker that Tracker.save of this version wrote")
         tracker: Tracker = saved["tracker"]
         return tracker
 
-    def _make_height(self, dt: float) -> HeightEstimator:
+    def _couple(self, *, explicit: bool) -> None:
+        """Make the estimators once, so that a wrong name or setting is told now; see who takes the IMU."""
+        s = self.settings
+        self._attitude: AttitudeEstimator | None = None
+        if s.height is None:
+            if explicit or self._attitude_settings or self._height_settings or s.conditioning != "none":
+                raise ValueError(
+                    f"the preset {s.name} has no back-ends to choose or set; take another preset"
+                )
+            return
+        takes_imu = self._make_height(0.02, None).input == "imu"
+        if takes_imu and (explicit or self._attitude_settings):
+            raise ValueError(
+                f"the height estimator {s.height!r} takes the IMU itself; leave the attitude estimator out"
+            )
+        if not takes_imu and s.attitude is None:
+            raise ValueError(
+                f"the height estimator {s.height!r} needs an attitude estimator before it; name one"
+            )
+        if takes_imu:
+            self.settings = replace(s, attitude=None, needs_imu=True)
+        else:
+            assert s.attitude is not None
+            self._attitude = attitude_estimator(s.attitude, **self._attitude_settings)
+
+    def _make_height(self, dt: float, whitening: WhiteningFilter | None) -> HeightEstimator:
         assert self.settings.height is not None
-        noise = self._noise_for_height()
+        noise = self._conditioned_noise(whitening)
         return height_estimator(self.settings.height, noise=noise, dt=dt, **self._height_settings)
 
-    def _noise_for_height(self) -> NoiseModel | None:
+    def _conditioned_noise(self, whitening: WhiteningFilter | None) -> NoiseModel | None:
         """Return the noise of what the height estimator is fed with.
 
         An average leaves the density at low frequency, where the filter listens, so raw samples' noise
-        describes it; whitening leaves white noise of the raw white sd.
+        describes it; whitening leaves white noise of the raw white sd, and of the drift its DC gain's share.
         """
         noise = self.noise
-        if noise is None and self._needs_noise:
+        if noise is None and self.settings.height in NEED_NOISE:
             noise = DEFAULT_NOISE
-        if noise is not None and self.settings.conditioning == "average+whitening":
-            return NoiseModel(0.0, 0.0, noise.white_sd, rate_hz=noise.rate_hz)
-        return noise
+        if noise is None or self.settings.conditioning != "average+whitening":
+            return noise
+        gain = whitening.dc_gain if whitening else 1.0
+        return NoiseModel(0.0, 0.0, noise.white_sd, gain * noise.drift_rate, rate_hz=noise.rate_hz)
 
-    @property
-    def _needs_noise(self) -> bool:
-        return self.settings.height in ("coloured-kalman", "differenced-kalman")
-
-    def _align_from_memory(self, dt: float) -> None:
-        """End the alignment of `step`: the rows so far become tilt, biases, zero and the filters' past."""
-        assert self._early is not None
-        rows, self._early = self._early, None
-        t, accel, gyro, altitude = (np.array(column) for column in zip(*rows, strict=True))
-        self._align(t, accel, gyro, altitude, dt)
-
-    def _align(
-        self, t: Signal, accel: Signal | None, gyro: Signal | None, altitude: Signal, dt: float
-    ) -> Alignment:
+    def _aligned(
+        self, t: Signal, accel: Signal | None, gyro: Signal | None, altitude: Signal, *, dt: float
+    ) -> Chain:
         """Set up the estimators from the rows of the alignment, the last of them `dt` ago."""
         alignment = Alignment()
-        if accel is not None and gyro is not None:
-            alignment = align(t, accel, gyro, duration=np.inf)
+        if self._with_imu:
+            assert accel is not None
+            assert gyro is not None
+            alignment = align(t, accel, gyro, duration=ALIGNMENT)
         new = np.isfinite(altitude)
-        self._zero = float("nan")
+        zero = float("nan")
         if new.any():
-            self._zero = float(np.mean(altitude[new]) if self.settings.bias_capture else altitude[new][0])
-        count = int(new.sum())
-        rate = (count - 1) / np.ptp(t[new]) if count > 1 else self.noise.rate_hz if self.noise else 50.0
-        whiten = self.settings.conditioning == "average+whitening"
-        self._whitening = sg14_whitening(self.noise, float(rate)) if whiten else None
+            zero = float(np.mean(altitude[new]) if self.settings.bias_capture else altitude[new][0])
+        self._whitening, self._rate_hz = None, self._rate_of(t[new])
+        if self.settings.conditioning == "average+whitening":
+            self._whitening = sg14_whitening(self.noise, self._rate_hz)
         average = 1 if self.settings.conditioning == "none" else AVERAGE
-        self._conditioner = Conditioner(average=average, whitening=self._whitening)
-        for value in altitude[new]:
-            self._conditioner.step(value - self._zero)
-        nominal = float(t[-1] + dt) / len(t)
-        self._height = self._make_height(nominal)
-        self._height.reset(alignment)
-        if self._attitude is not None:
-            self._attitude.reset(alignment)
-        return alignment
+        conditioner = Conditioner(average=average, whitening=self._whitening)
+        conditioner.run(altitude[new] - zero)
+        height = self._make_height(float(t[-1] + dt) / len(t), self._whitening)
+        for estimator in filter(None, (self._attitude, height)):
+            estimator.reset(alignment)
+        return Chain(self._attitude, height, conditioner, zero=zero, with_imu=self._with_imu)
 
-    def _relative(self, altitude: float) -> float:
-        if np.isnan(self._zero) and not np.isnan(altitude):
-            self._zero = altitude  # no sample while aligning: the first one is the zero
-        return altitude - self._zero
+    def _rate_of(self, t: Signal) -> float:
+        """Rate of the barometer's new samples in Hz; with fewer than two, the noise model's."""
+        if len(t) > 1:
+            return float((len(t) - 1) / (t[-1] - t[0]))
+        return (self.noise or DEFAULT_NOISE).rate_hz
 
-    def _run_chain(
-        self, later: Recording, altitude: Signal, alignment: Alignment
-    ) -> tuple[Signal, tuple[Signal, ...]]:
-        """Run attitude and height over the rows after the alignment."""
-        assert self._height is not None
-        if self._attitude is None:
-            run = self._height.run(later.t, altitude, accel=later.accel, gyro=later.gyro)
-            steps = np.diff(later.t, prepend=later.t[:1])
-            change = np.diff(run.velocity, prepend=run.velocity[:1])
-            acceleration = np.divide(change, steps, out=np.zeros_like(change), where=steps > 0)
-            return acceleration, run
-        if later.accel is None or later.gyro is None:
-            still = np.zeros(len(later))
-            sd = np.full(len(later), PRESSURE_ONLY_SD)
-            return still, self._height.run(later.t, altitude, still, sd)
-        found = self._attitude.run(later.t, later.accel, later.gyro, later.reference_attitude)
-        return _held(found.acceleration), self._height.run(later.t, altitude, found.acceleration)
+    def _refuse_steps(self, *, with_imu: bool) -> None:
+        if self.settings.height is None:
+            raise ValueError(f"the preset {self.settings.name} works off-line, on whole recordings only")
+        if not with_imu and self.settings.needs_imu:
+            raise ValueError(_no_imu("the stream", self.settings))
+        self._with_imu = with_imu
 
-    def _track(
-        self, recording: Recording, start: int, acceleration: Signal, height: tuple[Signal, ...]
-    ) -> Track:
-        def padded(values: Signal, first: float) -> Signal:
-            return np.concatenate([np.full(start, first), values])
-
-        return Track(
-            recording.t,
-            padded(height[0], 0.0),
-            padded(height[1], 0.0),
-            padded(height[2], float(height[2][0])),
-            padded(height[3], float(height[3][0])),
-            padded(acceleration, 0.0),
-            preset=self.settings.name,
-            name=recording.name,
-            findings=self._findings(recording),
-        )
+    def _refuse(self, recording: Recording) -> None:
+        wrong = [note.message for note in recording.notes if note.severity == "error"]
+        if wrong:
+            raise ValueError(f"{_name(recording)}: {wrong[0]}")
+        if not recording.is_new.any():
+            raise ValueError(f"{_name(recording)}: there is no pressure sample to track")
+        if self.settings.needs_imu and (recording.accel is None or recording.gyro is None):
+            raise ValueError(_no_imu(_name(recording), self.settings))
+        if self.settings.attitude == "reference" and recording.reference_attitude is None:
+            raise ValueError(
+                f"{_name(recording)} has no reference attitude, which the attitude 'reference' passes on; "
+                "choose another attitude"
+            )
 
     def _findings(self, recording: Recording) -> tuple[Finding, ...]:
-        found = [note for note in recording.notes if note.severity != "info"]
+        found = [*_notes(recording)]
         if self._whitening is not None and abs(self._whitening.dc_gain - 1) > 1e-6:
             message = (
                 f"The whitening filter reports a steady height change only {self._whitening.dc_gain:.3g} "
                 "times its size (its DC gain); floors and lifts come out too small."
             )
             found.append(Finding("dc-gain", "warning", message))
-        if self.noise is None and self._needs_noise:
+        if self.noise is None and self.settings.height in NEED_NOISE:
             message = (
                 "No noise model was given, so that of a BMP085 was taken; identify your barometer's from a "
                 "recording at rest and pass it as noise."
             )
             found.append(Finding("default-noise", "warning", message))
-        if recording.accel is None or recording.gyro is None:
+        if self.noise is not None and not 0.75 < self._rate_hz / self.noise.rate_hz < 1.33:
             message = (
-                "The recording has no IMU: this is the barometer alone, smoothed, and late in fast motion."
+                f"The noise model describes samples at {self.noise.rate_hz:.3g} Hz, but these come at "
+                f"{self._rate_hz:.3g} Hz; its white sd was taken as it is, so if the sensor averages over "
+                "its interval, pass noise.at_rate(...)."
             )
+            found.append(Finding("noise-rate", "warning", message))
+        if not self._with_imu:
+            message = "There is no IMU: this is the barometer alone, smoothed, and late in fast motion."
             found.append(Finding("no-imu", "warning", message))
-        note = getattr(self._height, "note", "")
-        if note:
+        first = float(recording.t[recording.is_new][0] - recording.t[0])
+        if first >= ALIGNMENT:
+            message = f"The first pressure came after {first:.3g} s and counts as height 0 there."
+            found.append(Finding("late-barometer", "warning", message))
+        assert self._chain is not None
+        if note := getattr(self._chain.height, "note", ""):
             found.append(Finding("left-out", "info", note))
         return tuple(found)
 
-    def _check(self, recording: Recording) -> None:
-        wrong = [note.message for note in recording.notes if note.severity == "error"]
-        if wrong:
-            raise ValueError(f"{recording.name}: {wrong[0]}")
-        if not recording.is_new.any():
-            raise ValueError(f"{recording.name}: there is no pressure sample to track")
-        no_imu = recording.accel is None or recording.gyro is None
-        if no_imu and (self.settings.needs_imu or self._attitude is None):
-            raise ValueError(
-                f"{recording.name or 'the recording'} has no accelerometer and gyro, which the preset "
-                f"{self.settings.name} needs; take the preset baroarma for a track from pressure alone"
-            )
-        if self.settings.attitude == "reference" and recording.reference_attitude is None:
-            raise ValueError(
-                f"{recording.name or 'the recording'} has no reference attitude, which the attitude "
-                "'reference' passes on; choose another attitude"
-            )
+
+def _chosen(base: Preset, attitude: str | None, height: str | None, conditioning: str | None) -> Preset:
+    """Return the preset with other back-ends, named after them."""
+    chosen = replace(
+        base,
+        attitude=attitude or base.attitude,
+        height=height or base.height,
+        conditioning=conditioning or base.conditioning,
+    )
+    if chosen.conditioning not in CONDITIONINGS:
+        raise ValueError(
+            f"there is no conditioning {chosen.conditioning!r}; there are {', '.join(CONDITIONINGS)}"
+        )
+    if chosen == base or chosen.height is None:
+        return chosen
+    parts = (chosen.attitude, chosen.conditioning if chosen.conditioning != "none" else None, chosen.height)
+    return replace(chosen, name="+".join(filter(None, parts)))
 
 
-def _held(values: Signal) -> Signal:
-    """Repeat the last number where there is none; 0 before the first."""
-    last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(values)), -1))
-    return np.where(last >= 0, values[np.maximum(last, 0)], 0.0)
+def _settings(base: Preset, chosen: Preset, kind: str) -> dict[str, Any]:
+    """Return the preset's settings of a back-end, unless another one was chosen."""
+    if getattr(base, kind) != getattr(chosen, kind):
+        return {}
+    return {name: constant.value for name, constant in getattr(base, f"{kind}_settings").items()}
 
 
-def _first(values: Signal) -> float:
-    return float(values[np.isfinite(values)][0])
+def _track(
+    recording: Recording, start: int, found: ChainRun, preset: str, findings: tuple[Finding, ...]
+) -> Track:
+    """Put the alignment's rows before the chain's: height and velocity 0, with the first sds."""
+    height, velocity, height_sd, velocity_sd = found.height
+    columns = (height, velocity, height_sd, velocity_sd, found.acceleration)
+    first = (0.0, 0.0, height_sd[0], velocity_sd[0], 0.0)
+    padded = (np.concatenate([np.full(start, v), c]) for v, c in zip(first, columns, strict=True))
+    return Track(recording.t, *padded, preset=preset, name=recording.name, findings=findings)
+
+
+def _checked(dt: float) -> float:
+    if not 0 <= dt < float("inf"):
+        raise ValueError(f"dt is the time since the previous sample in s, positive, but it is {dt}")
+    return dt
+
+
+def _notes(recording: Recording) -> tuple[Finding, ...]:
+    return tuple(note for note in recording.notes if note.severity != "info")
+
+
+def _name(recording: Recording) -> str:
+    return recording.name or "the recording"
+
+
+def _no_imu(what: str, preset: Preset) -> str:
+    return (
+        f"{what} has no accelerometer and gyro, which the preset {preset.name} needs; take the preset "
+        "baroarma for a track from pressure alone"
+    )

@@ -43,7 +43,7 @@ def _make_likelihood(components: int) -> Callable[..., Any]:
         dP, dP_new = np.zeros((p, d, d)), np.zeros((p, d, d))
         phi, q = np.ones(d), np.zeros(d)
         dphi, dq = np.zeros(d), np.zeros((d, p))
-        K, dK, dS, de = np.zeros(d), np.zeros((d, p)), np.zeros(p), np.zeros(p)
+        K, dK, dS, ds, de = np.zeros(d), np.zeros((d, p)), np.zeros(p), np.zeros(p), np.zeros(p)
         PH, dPH = np.zeros(d), np.zeros(d)
         gradient, information = np.zeros(p), np.zeros((p, p))
 
@@ -60,7 +60,7 @@ def _make_likelihood(components: int) -> Callable[..., Any]:
             dP[2 * i, 0, i] = dP[2 * i, i, 0] = -2 * v
             dP[2 * i, i, i] = 2 * v
 
-        total, product, S, S_old, interval = 0.0, 1.0, 1.0, 0.0, -1.0
+        total, product, S, S_old, inverse, interval = 0.0, 1.0, 1.0, 0.0, 1.0, -1.0
         steady = False
         calm = 0
         for k in range(1, n):
@@ -119,13 +119,15 @@ def _make_likelihood(components: int) -> Callable[..., Any]:
                         P[i, m] = P_new[i, m] - K[i] * K[m] * S
                 calm = calm + 1 if change + abs(S - S_old) / S < CONVERGED and walk > 0 else 0
                 steady = calm > 2
-                S_old = S
+                S_old, inverse = S, 1.0 / S
+                for j in range(p):
+                    ds[j] = 0.5 * dS[j] * inverse
 
             e = y[k]
             for i in range(d):
                 x_new[i] = phi[i] * x[i]
                 e -= x_new[i]
-            scaled = e / S
+            scaled = e * inverse
             for j in range(p):
                 s = 0.0
                 for i in range(d):
@@ -137,12 +139,12 @@ def _make_likelihood(components: int) -> Callable[..., Any]:
                 de[j] = -s
                 for i in range(d):
                     dx[i, j] = dx_new[i, j] + dK[i, j] * e - K[i] * s
-                gradient[j] += 0.5 * dS[j] / S * (e * scaled - 1.0) + scaled * s
+                gradient[j] += ds[j] * (e * scaled - 1.0) + scaled * s
             for i in range(d):
                 x[i] = x_new[i] + K[i] * e
             for j in range(p):
                 for m in range(j + 1):
-                    information[j, m] += 0.5 * dS[j] * dS[m] / S**2 + de[j] * de[m] / S
+                    information[j, m] += 2 * ds[j] * ds[m] + de[j] * de[m] * inverse
 
             product *= S
             if product < 1e-200 or product > 1e200:

@@ -1,9 +1,8 @@
 """Structural maximum likelihood: white + Gauss-Markov + random-walk drift on the raw samples.
 
 No detrending, averaging, decimating or windows: the exact likelihood of `kernels` takes the samples at the
-times they have.  `fit_terms` maximises it over the logarithms of the parameters by Fisher scoring, started
-from the structure function (mean squared height difference against lag), which is linear in the variances
-for a given time constant.
+times they have.  `fit_terms` starts from the structure function (`starts`) and climbs the likelihood over the
+logarithms of the parameters (`scoring`).
 
 Which terms the data support is decided among all combinations by BIC, and against a second Gauss-Markov term
 (`select_terms`).  Intervals are in `intervals`.
@@ -13,16 +12,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from baroarma.identification.kernels import LIKELIHOODS
-
-Term = Literal["white", "drift", "gm", "gm2"]
-Terms = tuple[Term, ...]
-Signal = NDArray[np.float64]
+from baroarma.identification.problem import Problem, Signal, Terms, free_parameters
+from baroarma.identification.scoring import ENOUGH, maximise
+from baroarma.identification.starts import structure_starts
 
 SUBSETS: Final[tuple[Terms, ...]] = (
     ("white", "drift", "gm"),
@@ -34,66 +30,8 @@ SUBSETS: Final[tuple[Terms, ...]] = (
     ("white",),
 )
 """Combinations of terms that `select_terms` compares, the largest first."""
-PARAMETERS_OF: Final[dict[Term, tuple[int, ...]]] = {
-    "white": (0,),
-    "drift": (1,),
-    "gm": (2, 3),
-    "gm2": (4, 5),
-}
-"""Where the parameters of each term stand in theta."""
-ENOUGH: Final = 1e-8
-"""Expected gain of log-likelihood at which scoring stops: parameters are then right to 1e-4 of their sd."""
 ENOUGH_TO_COMPARE: Final = 0.05
-"""The same where only the likelihood is wanted, to compare it with penalties of log(n)."""
-
-
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """Hold the samples of one rest recording and evaluate models on them.
-
-    Parameters
-    ----------
-    t, y : ndarray, shape (n,)
-        Times in s and heights in m of the new samples.
-    """
-
-    t: Signal
-    y: Signal
-
-    def evaluate(self, theta: Signal) -> tuple[float, Signal, Signal]:
-        """Return log-likelihood, its gradient and the Fisher information, both in log parameters."""
-        value, gradient, information = _likelihood(theta)(self.t, self.y, theta, np.empty(0))
-        return float(value), gradient, information
-
-    def innovations(self, theta: Signal) -> Signal:
-        """Return the standardised one-step prediction errors, shape (n - 1,)."""
-        out = np.zeros(len(self.y))
-        _likelihood(theta)(self.t, self.y, theta, out)
-        return out[1:]
-
-    @property
-    def step(self) -> float:
-        """Median sampling interval, s."""
-        return float(np.median(np.diff(self.t)))
-
-    @property
-    def duration(self) -> float:
-        """Time from first to last sample, s."""
-        return float(self.t[-1] - self.t[0])
-
-    def bounds(self, size: int) -> tuple[Signal, Signal]:
-        """Return the least and greatest theta that this log can tell from 0 and from infinity.
-
-        A correlation time below the sampling interval would be white noise in disguise.
-        """
-        scale = max(float(np.std(self.y)), 1e-12)
-        least = [1e-4 * scale, 1e-4 * scale / math.sqrt(self.duration)]
-        most = [1e2 * scale, 1e2 * scale / math.sqrt(self.step)]
-        pairs = size // 2 - 1
-        return (
-            np.array(least + [1e-4 * scale, self.step] * pairs),
-            np.array(most + [1e2 * scale, self.duration] * pairs),
-        )
+"""Expected gain of log-likelihood at which scoring stops where only the likelihood is wanted, to compare it with penalties of log(n)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,11 +65,6 @@ class StructuralFit:
     def bic(self) -> float:
         """Bayesian information criterion: smaller is better."""
         return len(self.free) * math.log(self.n - 1) - 2 * self.log_likelihood
-
-
-def free_parameters(terms: Terms) -> list[int]:
-    """Return the indices in theta of the parameters that the terms bring with them."""
-    return sorted(j for term in terms for j in PARAMETERS_OF[term])
 
 
 def select_terms(problem: Problem) -> tuple[StructuralFit, list[StructuralFit]]:
@@ -195,93 +128,10 @@ def fit_second_gauss_markov(problem: Problem, fit: StructuralFit) -> StructuralF
     return _best_of(problem, (*fit.terms, "gm2"), starts, ENOUGH_TO_COMPARE)
 
 
-def maximise(
-    problem: Problem, theta: Signal, free: list[int], *, enough: float = ENOUGH, steps: int = 60
-) -> tuple[Signal, float]:
-    """Climb the log-likelihood by damped Fisher scoring in the logarithms of the free parameters.
-
-    Parameters
-    ----------
-    problem : Problem
-        The samples.
-    theta : ndarray
-        Where to start; parameters that are not free stay as they are.
-    free : list of int
-        Indices of the parameters to move.
-    enough : float
-        Stop when one more step is expected to gain less log-likelihood than this.
-    steps : int
-        Limit of the number of evaluations.
-
-    Returns
-    -------
-    theta : ndarray
-        The optimum, inside `Problem.bounds`.
-    value : float
-        Its log-likelihood.
-    """
-    low, high = problem.bounds(len(theta))
-    theta = theta.copy()
-    theta[free] = np.clip(theta[free], low[free], high[free])
-    value, gradient, information = problem.evaluate(theta)
-    damping = 1e-4
-    for _ in range(steps):
-        stuck = ((theta <= low) & (gradient < 0)) | ((theta >= high) & (gradient > 0))
-        move = [j for j in free if not stuck[j]]
-        if not move:
-            break
-        slope, curvature = gradient[move], information[np.ix_(move, move)]
-        ridge = np.diag(damping * np.diag(curvature) + 1e-9)
-        step = np.linalg.solve(curvature + ridge, slope)
-        if 0.5 * float(slope @ step) < enough:
-            break
-        trial = theta.copy()
-        trial[move] = np.clip(theta[move] * np.exp(np.clip(step, -1.5, 1.5)), low[move], high[move])
-        new = problem.evaluate(trial)
-        if new[0] >= value:
-            theta, (value, gradient, information) = trial, new
-            damping = max(0.1 * damping, 1e-9)
-        elif damping > 1e6:
-            break
-        else:
-            damping = max(10 * damping, 1e-3)
-    return theta, value
-
-
-def structure_starts(problem: Problem, terms: Terms, grid: int = 12) -> list[Signal]:
-    """Return up to two starting points that match the structure function.
-
-    The mean squared difference at lag l is 2 sigma_u² + 2 sigma_c² (1 - exp(-l/tau)) + q² l: linear in the
-    variances, which non-negative least squares finds for each tau of a grid.
-    """
-    from scipy.optimize import nnls
-
-    lags, differences, weight = _structure_function(problem)
-    columns = {"white": 2 * np.ones_like(lags), "drift": lags}
-    plain = [columns[term] for term in terms if term in columns]
-    taus = np.geomspace(problem.step, problem.duration / 10, grid) if "gm" in terms else np.zeros(1)
-    found = []
-    for tau in taus:
-        shapes = [*plain, 2 * -np.expm1(-lags / tau)] if tau else plain
-        variances, misfit = nnls(weight[:, None] * np.stack(shapes, axis=1), weight * differences)
-        found.append((misfit, tau, variances))
-    starts = []
-    for i, (misfit, tau, variances) in enumerate(found):
-        neighbours = [found[j][0] for j in (i - 1, i + 1) if 0 <= j < len(found)]
-        if all(misfit <= other for other in neighbours):
-            starts.append((misfit, _from_variances(problem, terms, variances, tau)))
-    starts.sort(key=lambda s: s[0])
-    return [theta for _, theta in starts[:2]]
-
-
 def _least_bic(terms: Terms, fits: list[StructuralFit]) -> float:
     """Bound the BIC of a combination from below: it can't be likelier than a larger one."""
     ceiling = min(fit.log_likelihood for fit in fits if set(terms) < set(fit.terms))
     return len(free_parameters(terms)) * math.log(fits[0].n - 1) - 2 * ceiling
-
-
-def _likelihood(theta: Signal):  # type: ignore[no-untyped-def]  # numba's dispatcher has no type
-    return LIKELIHOODS[len(theta) // 2 - 1]
 
 
 def _best_of(problem: Problem, terms: Terms, starts: list[Signal], enough: float = ENOUGH) -> StructuralFit:
@@ -307,28 +157,3 @@ def _on_terms(theta: Signal, terms: Terms) -> Signal:
     out = np.zeros(4 if "gm" in terms else 2)
     out[free] = theta[free]
     return out
-
-
-def _structure_function(problem: Problem) -> tuple[Signal, Signal, Signal]:
-    """Return mean lags (s), mean squared differences (m²) and weights (their inverse relative errors)."""
-    n = len(problem.y)
-    steps = np.unique(np.geomspace(1, max(n // 4, 2), 16).astype(int))
-    lags, differences, weight = np.empty((3, len(steps)))
-    for i, k in enumerate(steps):
-        lags[i] = np.mean(problem.t[k:] - problem.t[:-k])
-        differences[i] = max(np.mean((problem.y[k:] - problem.y[:-k]) ** 2), 1e-24)
-        weight[i] = math.sqrt(n / k) / differences[i]
-    return lags, differences, weight
-
-
-def _from_variances(problem: Problem, terms: Terms, variances: Signal, tau: float) -> Signal:
-    """Arrange the structure function's variances as theta, none so small that scoring could not move it."""
-    floor = 1e-3 * float(np.var(problem.y)) + 1e-24
-    order = [term for term in terms if term in ("white", "drift")] + (["gm"] if "gm" in terms else [])
-    theta = np.zeros(4 if "gm" in terms else 2)
-    for term, variance in zip(order, variances, strict=True):
-        least = floor / problem.duration if term == "drift" else floor
-        theta[PARAMETERS_OF[term][0]] = math.sqrt(max(variance, least))
-    if "gm" in terms:
-        theta[3] = tau
-    return theta

@@ -1,8 +1,8 @@
 """Plots: functions of (object, axes) that draw and return the axes.  Matplotlib is met only here.
 
-`values` draws what flows through the package, `evidence` how well a noise model describes its recording; the
-numbers behind the evidence are in `estimates`.  No plot changes the global style or calls ``show``; given no
-axes, it makes a new pyplot figure.
+`values` draws what flows through the package, `tracks` what trackers make of it, `evidence` how well a noise
+model describes its recording; the numbers behind the evidence are in `estimates`.  No plot changes the global
+style or calls ``show``; given no axes, it makes a new pyplot figure.
 """
 
 from baroarma.plotting.evidence import (
@@ -13,16 +13,21 @@ from baroarma.plotting.evidence import (
     plot_record,
     plot_residuals,
 )
+from baroarma.plotting.tracks import plot_comparison, plot_errors, plot_traces, plot_track
 from baroarma.plotting.values import plot_noise_model, plot_recording, plot_whitening
 
 __all__ = [
     "plot_acf",
     "plot_allan",
+    "plot_comparison",
+    "plot_errors",
     "plot_identification",
     "plot_noise_model",
     "plot_psd",
     "plot_record",
     "plot_recording",
     "plot_residuals",
+    "plot_traces",
+    "plot_track",
     "plot_whitening",
 ]

@@ -58,7 +58,7 @@ def autocovariance(t: Signal, x: Signal, dt: float, lags: int) -> Signal:
 
     Examples
     --------
-    >>> autocovariance(np.array([0.0, 1.0, 3.0]), np.array([1.0, 2.0, -1.0]), 1.0, 2).tolist()
+    >>> autocovariance(np.array([0.0, 1.0, 3.0]), np.array([1.0, 2.0, -1.0]), 1.0, 2).round(9).tolist()
     [2.0, 2.0, -2.0]
     """
     cell = np.rint((t - t[0]) / dt).astype(int)

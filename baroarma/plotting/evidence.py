@@ -125,7 +125,7 @@ def acf_of_data_and_model(found: Identification, seed: int = 0) -> tuple[Signal,
     drawn = np.unique(np.linspace(0, lags, 120).astype(int))
 
     def estimate(x: Signal) -> Signal:
-        return autocovariance(t, without_levels(t, x, block_s), dt, lags)[drawn]
+        return np.asarray(autocovariance(t, without_levels(t, x, block_s), dt, lags)[drawn])
 
     rng = np.random.default_rng(seed)
     simulated = np.array([estimate(model.simulate(t, rng)) for _ in range(SIMULATIONS)])
@@ -275,6 +275,13 @@ def plot_identification(found: Identification, figure: Figure | None = None) -> 
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from baroarma import identify
+    >>> from baroarma.simulation import simulate_rest
+    >>> len(plot_identification(identify(simulate_rest(60, seed=1))).axes)
+    6
     """
     if figure is None:
         import matplotlib.pyplot as plt

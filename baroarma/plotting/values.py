@@ -43,6 +43,12 @@ def plot_recording(recording: Recording, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> from baroarma.simulation import simulate_rest
+    >>> plot_recording(simulate_rest(10, seed=1)).get_ylabel()
+    'height (m)'
     """
     ax = axes_or_new(ax)
     thin: dict[str, Any] = {"color": DATA, "linewidth": 0.8}
@@ -71,6 +77,13 @@ def plot_noise_model(model: NoiseModel, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> from baroarma import NoiseModel
+    >>> ax = plot_noise_model(NoiseModel(0.27, 0.75, 0.46, rate_hz=50))
+    >>> [line.get_label() for line in ax.get_lines()]
+    ['model', 'white', 'Gauss-Markov']
     """
     ax = axes_or_new(ax)
     corner = 1 / (2 * np.pi * model.correlation_time) if model.has_gauss_markov else model.rate_hz / 2
@@ -98,6 +111,14 @@ def plot_whitening(whitening: WhiteningFilter, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> from baroarma import ArmaModel
+    >>> arma = ArmaModel(ar=(-0.86,), ma=(-0.52,), sd=0.2746, dt=0.1)
+    >>> ax = plot_whitening(arma.whitening_filter(rate_hz=50, unity_gain_hz=25))
+    >>> ax.get_legend_handles_labels()[1][:2]
+    ['DC: steady height × 0.238', 'zero 0.24 Hz']
     """
     ax = axes_or_new(ax)
     nyquist = whitening.rate_hz / 2

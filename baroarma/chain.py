@@ -1,0 +1,112 @@
+"""The chain of estimators once it is aligned: IMU and altitude in, the state now out.
+
+    accel, gyro ── attitude ── vertical acceleration ──┐
+                                                       ├── height
+    altitude ── minus the zero ── conditioning ────────┘
+
+Three kinds: with an attitude estimator, as drawn; with a height estimator that takes the IMU itself; and
+without an IMU, where the acceleration is 0 with the sd of people's motion.  `step` is the definition, `run`
+the same numbers for all rows at once, and `step` goes on where `run` ended.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baroarma.estimators.base import AttitudeEstimator, HeightEstimator, HeightRun
+from baroarma.estimators.conditioning import Conditioner
+from baroarma.recording import Recording
+from baroarma.track import TrackState
+
+Signal = NDArray[np.float64]
+PRESSURE_ONLY_SD: Final = 0.5
+"""Sd in m/s² of the motion that a pressure-only track allows for: people, stairs, lifts (chosen by us)."""
+
+
+class ChainRun(NamedTuple):
+    """What `Chain.run` returns: the height estimator's columns and the vertical acceleration, (n,)."""
+
+    height: HeightRun
+    acceleration: Signal
+
+
+class Chain:
+    """Run the estimators one after the other.
+
+    Parameters
+    ----------
+    attitude : AttitudeEstimator or None
+        Reset to the alignment; None: the height estimator takes the IMU itself, or there is none.
+    height : HeightEstimator
+        Reset to the alignment.
+    conditioner : Conditioner
+        What happens to the altitude; it has seen the alignment's samples.
+    zero : float
+        Altitude that counts as height 0, m; NaN: the first that comes.
+    with_imu : bool
+        Whether there is an IMU.
+    """
+
+    def __init__(
+        self,
+        attitude: AttitudeEstimator | None,
+        height: HeightEstimator,
+        conditioner: Conditioner,
+        *,
+        zero: float,
+        with_imu: bool,
+    ) -> None:
+        self.attitude, self.height, self.conditioner = attitude, height, conditioner
+        self.zero, self.with_imu = zero, with_imu
+        self._acceleration, self._velocity = 0.0, 0.0
+
+    def step(
+        self, *, dt: float, altitude: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
+    ) -> TrackState:
+        """Take one row: altitude in m above the ISA's sea level, the rest as `Tracker.step`."""
+        self._find_zero(altitude)
+        z = self.conditioner.step(altitude - self.zero)
+        if not self.with_imu:
+            state = self.height.step(dt=dt, altitude=z, acceleration=0.0, acceleration_sd=PRESSURE_ONLY_SD)
+        elif self.attitude is None:
+            state = self.height.step(dt=dt, altitude=z, accel=accel, gyro=gyro)
+            self._acceleration = (state.velocity - self._velocity) / dt if dt > 0 else 0.0
+        else:
+            a = self.attitude.step(dt=dt, accel=accel, gyro=gyro, attitude=attitude).acceleration
+            state = self.height.step(dt=dt, altitude=z, acceleration=a)
+            self._acceleration = self._acceleration if np.isnan(a) else a
+        self._velocity = state.velocity
+        return TrackState(*state, self._acceleration)
+
+    def run(self, rows: Recording, altitude: Signal, dt: float) -> ChainRun:
+        """Take all rows, with their altitudes (n,), the first of them `dt` after what came before."""
+        new = np.flatnonzero(np.isfinite(altitude))
+        self._find_zero(float(altitude[new[0]]) if len(new) else float("nan"))
+        z = self.conditioner.run(altitude - self.zero)
+        if not self.with_imu:
+            still, sd = np.zeros(len(rows)), np.full(len(rows), PRESSURE_ONLY_SD)
+            found = ChainRun(self.height.run(rows.t, z, still, sd), still)
+        elif self.attitude is None:
+            height = self.height.run(rows.t, z, accel=rows.accel, gyro=rows.gyro)
+            steps = np.concatenate(([dt], np.diff(rows.t)))
+            found = ChainRun(height, np.diff(height.velocity, prepend=self._velocity) / steps)
+        else:
+            assert rows.accel is not None
+            assert rows.gyro is not None
+            a = self.attitude.run(rows.t, rows.accel, rows.gyro, rows.reference_attitude).acceleration
+            found = ChainRun(self.height.run(rows.t, z, a), _held(a, self._acceleration))
+        self._acceleration, self._velocity = float(found.acceleration[-1]), float(found.height.velocity[-1])
+        return found
+
+    def _find_zero(self, altitude: float) -> None:
+        if np.isnan(self.zero):  # no sample while aligning: the first one is the zero
+            self.zero = altitude
+
+
+def _held(values: Signal, before: float) -> Signal:
+    """Repeat the last number where there is none, `before` at the start."""
+    last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(values)), -1))
+    return np.where(last >= 0, values[last], before)
