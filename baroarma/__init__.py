@@ -15,12 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from baroarma.arma import ArmaModel as ArmaModel
+    from baroarma.comparison import compare as compare
     from baroarma.finding import Finding as Finding
     from baroarma.formats import read as read
     from baroarma.identification import Identification as Identification
     from baroarma.identification import identify as identify
     from baroarma.noise_model import NoiseModel as NoiseModel
     from baroarma.recording import Recording as Recording
+    from baroarma.track import Track as Track
+    from baroarma.tracker import Tracker as Tracker
     from baroarma.whitening import WhiteningFilter as WhiteningFilter
 
 __version__ = "0.1.0"
@@ -31,7 +34,10 @@ _HOME = {
     "Identification": "baroarma.identification",
     "NoiseModel": "baroarma.noise_model",
     "Recording": "baroarma.recording",
+    "Track": "baroarma.track",
+    "Tracker": "baroarma.tracker",
     "WhiteningFilter": "baroarma.whitening",
+    "compare": "baroarma.comparison",
     "identify": "baroarma.identification",
     "read": "baroarma.formats",
 }

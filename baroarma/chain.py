@@ -46,6 +46,8 @@ class Chain:
         What happens to the altitude; it has seen the alignment's samples.
     zero : float
         Altitude that counts as height 0, m; NaN: the first that comes.
+    rate_hz : float
+        The barometer's own rate while aligning, Hz.
     with_imu : bool
         Whether there is an IMU.
     """
@@ -57,10 +59,11 @@ class Chain:
         conditioner: Conditioner,
         *,
         zero: float,
+        rate_hz: float,
         with_imu: bool,
     ) -> None:
         self.attitude, self.height, self.conditioner = attitude, height, conditioner
-        self.zero, self.with_imu = zero, with_imu
+        self.zero, self.rate_hz, self.with_imu = zero, rate_hz, with_imu
         self._acceleration, self._velocity = 0.0, 0.0
 
     def step(

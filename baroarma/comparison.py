@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import statistics
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
 from baroarma.finding import Finding
 from baroarma.metrics import Errors, errors, estimate_reference_lag
@@ -14,6 +15,14 @@ from baroarma.presets import PRESETS
 from baroarma.recording import Recording
 from baroarma.track import Track
 from baroarma.tracker import Tracker
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+NOTICEABLE_LAG: Final = 0.03
+"""A reference that is late by less (s) is not worth a word: about one sample of a laser."""
+_HEADS: Final = ("height RMSE m", "velocity RMSE m/s", "height bias m", "closure m", "us/sample")
 
 
 @dataclass(frozen=True)
@@ -50,7 +59,6 @@ class Row:
             "height_bias_m": e.height_bias,
             "closure_m": None if self.errors is None else e.closure,
             "us_per_sample": self.us_per_sample,
-            "findings": [f.to_dict() for f in self.track.findings] if self.track else [],
             "refusal": self.refusal or None,
         }
 
@@ -81,35 +89,26 @@ class Comparison:
         return {
             "recording": self.recording.name,
             "reference_lag_s": self.reference_lag,
-            "rows": [row.to_dict() for row in self.rows],
-            "findings": [finding.to_dict() for finding in self.findings],
+            "rows": [
+                {**row.to_dict(), "findings": [f.to_dict() for f in self.about(row)]} for row in self.rows
+            ],
+            "findings": [finding.to_dict() for finding in (*self.recording.notes, *self.findings)],
         }
 
     def summary(self) -> str:
         """Return the table as text."""
         lines = [f"{self.recording.name}: {len(self.recording)} rows over {self.recording.duration:.4g} s"]
-        heads = ("height RMSE m", "velocity RMSE m/s", "height bias m", "closure m", "us/sample")
-        lines.append("  ".join(["preset".ljust(16), *heads]))
-        for row in self.rows:
-            if row.refusal:
-                lines.append(f"{row.preset:16}  {row.refusal}")
-                continue
-            assert row.errors is not None
-            e = row.errors
-            values = (e.height_rmse, e.velocity_rmse, e.height_bias, e.closure, row.us_per_sample)
-            cells = (
-                ("-" if value is None else f"{value:.3f}").rjust(len(head))
-                for value, head in zip(values, heads, strict=True)
-            )
-            lines.append("  ".join([f"{row.preset:16}", *cells]))
+        width = max(len("preset"), *(len(row.preset) for row in self.rows))
+        lines.append("  ".join(["preset".ljust(width), *_HEADS]))
+        lines += [f"{row.preset.ljust(width)}  {_cells(row)}" for row in self.rows]
         lines += [f"  {finding}" for finding in (*self.recording.notes, *self.findings)]
         lines += [f"  {row.preset}: {finding}" for row in self.rows for finding in self.about(row)]
         return "\n".join(lines)
 
     def about(self, row: Row) -> tuple[Finding, ...]:
-        """Return a row's warnings, without those that come from the recording."""
+        """Return what to know about one row alone: without the recording's notes, which hold for all."""
         found = row.track.findings if row.track else ()
-        return tuple(f for f in found if f.severity != "info" and f not in self.recording.notes)
+        return tuple(f for f in found if f not in self.recording.notes)
 
     def __str__(self) -> str:
         return self.summary()
@@ -117,17 +116,26 @@ class Comparison:
     def _repr_html_(self) -> str:
         return self.to_frame().to_html(float_format="%.3f", na_rep="-", index=False, escape=True)
 
-    def to_frame(self) -> Any:
+    def to_frame(self) -> pd.DataFrame:
         """Return the table as a pandas DataFrame."""
         import pandas as pd
 
-        return pd.DataFrame([row.to_dict() for row in self.rows]).drop(columns=["findings"])
+        return pd.DataFrame([row.to_dict() for row in self.rows])
 
-    def plot(self) -> Any:
+    def plot(self) -> Figure:
         """Draw traces and bars; see `baroarma.plotting.plot_comparison`."""
         from baroarma.plotting import plot_comparison
 
         return plot_comparison(self)
+
+
+def _cells(row: Row) -> str:
+    if row.errors is None:
+        return row.refusal
+    e = row.errors
+    values = (e.height_rmse, e.velocity_rmse, e.height_bias, e.closure, row.us_per_sample)
+    texts = ("-" if value is None else f"{value:.3f}" for value in values)
+    return "  ".join(text.rjust(len(head)) for text, head in zip(texts, _HEADS, strict=True))
 
 
 def compare(
@@ -163,6 +171,8 @@ def compare(
     ['sg14-a', 'baroarma']
     """
     names = tuple(PRESETS) if presets is None else tuple(presets)
+    if not names:
+        raise ValueError(f"there is nothing to compare; name some of {', '.join(PRESETS)}")
     trackers = [Tracker.preset(name, noise=noise) for name in names]
     rows = tuple(_row(tracker, recording, reference_lag) for tracker in trackers)
     return Comparison(recording, rows, reference_lag, _late(rows, recording, reference_lag))
@@ -185,11 +195,9 @@ def _late(rows: tuple[Row, ...], recording: Recording, reference_lag: float) -> 
     """Say when the reference is late, by the median over the presets that can tell."""
     tracks = [row.track for row in rows if row.track is not None and recording.accel is not None]
     lags = [lag for track in tracks if (lag := estimate_reference_lag(track, recording)) is not None]
-    if not lags:
+    if not lags or abs(statistics.median(lags) - reference_lag) < NOTICEABLE_LAG:
         return ()
-    lag = sorted(lags)[len(lags) // 2]
-    if abs(lag - reference_lag) < 0.03:
-        return ()
+    lag = statistics.median(lags)
     message = (
         f"The reference seems to be {lag:.2f} s late against the IMU, and {reference_lag:.2f} s is accounted "
         f"for; errors with reference_lag={lag:.2f} would be fairer."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,16 @@ from baroarma.recording import Recording
 from baroarma.track import Track
 
 Signal = NDArray[np.float64]
-ZEROED_OVER = 1.0
+ZEROED_OVER: Final = 1.0
 """Seconds at the start over which track and reference are both zeroed."""
+DIFFERENTIATED_OVER: Final = 0.2
+"""Seconds around an instant over which a reference without velocity is differentiated."""
+LAG_STEP: Final = 0.005
+"""Grid of the lags that are tried, s; a parabola goes between them."""
+ENOUGH_CORRELATION: Final = 0.7
+"""A reference that correlates less with the track says nothing about its lag (chosen by us)."""
+MOVING: Final = 0.01
+"""Nor does one whose velocity has a smaller sd, m/s."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +45,7 @@ class Errors:
 
 
 def errors(track: Track, recording: Recording, *, reference_lag: float = 0.0) -> Errors:
-    """Compare a track with the recording's reference, both zeroed over the first second.
+    """Compare a track with the recording's reference, both zeroed over the reference's first second.
 
     Parameters
     ----------
@@ -50,13 +59,13 @@ def errors(track: Track, recording: Recording, *, reference_lag: float = 0.0) ->
     t = track.t
     closure = float(np.mean(track.height[t >= t[-1] - ZEROED_OVER]))
     found = reference_at(recording, t, reference_lag)
-    if found is None:
+    known = np.isfinite(found[0]) if found else np.zeros(len(t), np.bool_)
+    if found is None or not known.any():
         return Errors(None, None, None, closure)
     height, velocity = found
-    known = np.isfinite(height)
-    start = known & (t - t[0] < ZEROED_OVER)
-    zero = float(np.mean((track.height - height)[start])) if start.any() else 0.0
-    off = (track.height - height - zero)[known]
+    start = known & (t - t[known][0] < ZEROED_OVER)
+    off = track.height - height
+    off = (off - np.mean(off[start]))[known]
     moving = np.isfinite(velocity)
     return Errors(
         height_rmse=_rms(off),
@@ -69,8 +78,8 @@ def errors(track: Track, recording: Recording, *, reference_lag: float = 0.0) ->
 def reference_at(recording: Recording, t: Signal, lag: float) -> tuple[Signal, Signal] | None:
     """Return reference height and velocity at times t, NaN where unknown; None without a reference.
 
-    A reference without velocity is differentiated over the 0.2 s around each instant, so that a laser's
-    millimetre steps do not become spikes.
+    A reference without velocity is differentiated over the `DIFFERENTIATED_OVER` seconds around each instant,
+    so that a laser's millimetre steps do not become spikes.
     """
     if recording.reference is None or not np.isfinite(recording.reference).any():
         return None
@@ -80,7 +89,7 @@ def reference_at(recording: Recording, t: Signal, lag: float) -> tuple[Signal, S
     if recording.reference_velocity is not None:
         velocity = np.interp(t, source_t, recording.reference_velocity[good], left=np.nan, right=np.nan)
         return height, velocity
-    half = 0.1
+    half = DIFFERENTIATED_OVER / 2
     later, earlier = (np.interp(t + s * half, source_t, source, np.nan, np.nan) for s in (+1, -1))
     return height, (later - earlier) / (2 * half)
 
@@ -88,30 +97,42 @@ def reference_at(recording: Recording, t: Signal, lag: float) -> tuple[Signal, S
 def estimate_reference_lag(track: Track, recording: Recording, longest: float = 0.6) -> float | None:
     """Estimate how late the reference is against the IMU, s.
 
-    The lag with which the reference's velocity correlates best with the track's, by a grid of 5 ms and a
-    parabola through the top; the inertial velocity has no lag of its own worth the name.  None when the
-    reference hardly moves or hardly correlates.
+    The lag at which the reference's velocity correlates best with the track's; the inertial velocity has no
+    lag of its own worth the name.
+
+    Parameters
+    ----------
+    track : Track
+        A track of the recording that used its IMU.
+    recording : Recording
+        With a reference.
+    longest : float
+        Lags up to so many seconds, late or early, are tried.
+
+    Returns
+    -------
+    float or None
+        None when the reference hardly moves or hardly correlates, or the best lag is the longest.
     """
-    lags = np.arange(-longest, longest + 1e-9, 0.005)
+    lags = LAG_STEP * np.arange(-round(longest / LAG_STEP), round(longest / LAG_STEP) + 1)
     scores = np.array([_correlation(track, recording, lag) for lag in lags])
-    if not np.isfinite(scores).any() or np.nanmax(scores) < 0.7:
-        return None
-    best = int(np.nanargmax(scores))
-    if not 0 < best < len(lags) - 1:
+    best = int(np.argmax(scores))
+    if scores[best] < ENOUGH_CORRELATION or not 0 < best < len(lags) - 1:
         return None
     left, top, right = scores[best - 1 : best + 2]
     bend = left - 2 * top + right
-    return float(lags[best] + (0.005 * 0.5 * (left - right) / bend if bend < 0 else 0.0))
+    return float(lags[best] + (LAG_STEP / 2 * (left - right) / bend if bend < 0 else 0.0))
 
 
 def _correlation(track: Track, recording: Recording, lag: float) -> float:
+    """Correlation of the velocities, -1 where there is too little to correlate."""
     found = reference_at(recording, track.t, lag)
     if found is None:
-        return float("nan")
+        return -1.0
     known = np.isfinite(found[1])
     a, b = track.velocity[known], found[1][known]
-    if len(a) < 3 or np.std(a) < 0.01 or np.std(b) < 0.01:
-        return float("nan")
+    if len(a) < 3 or np.std(a) < MOVING or np.std(b) < MOVING:
+        return -1.0
     return float(np.corrcoef(a, b)[0, 1])
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baroarma.arma import ArmaModel, gauss_markov_arma
+from baroarma.atomic import replacing
 from baroarma.finding import Finding
 from baroarma.whitening import WhiteningFilter, no_whitening, synthesise
 
@@ -324,15 +325,9 @@ class NoiseModel:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model as JSON, complete or not at all; floats read back exactly."""
-        target = Path(path)
-        temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-        try:
-            temporary.write_text(
-                json.dumps(self.to_dict(), indent=2, allow_nan=False) + "\n", encoding="utf-8"
-            )
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)
+        text = json.dumps(self.to_dict(), indent=2, allow_nan=False) + "\n"
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> NoiseModel:

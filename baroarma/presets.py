@@ -5,6 +5,7 @@ Every constant is marked *printed* (it stands in the paper) or *chosen* (by us, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -70,6 +71,11 @@ class Preset:
     height_settings: Mapping[str, Constant] = field(default_factory=dict, hash=False)
     needs_imu: bool = True
 
+    @property
+    def needs_noise(self) -> bool:
+        """Whether its height estimator lives on a noise model."""
+        return self.height in ("coloured-kalman", "differenced-kalman")
+
     def constants(self) -> dict[str, Constant]:
         """Return all constants by setting."""
         return {**self.attitude_settings, **self.height_settings}
@@ -83,7 +89,7 @@ def _sg14(altitude_sd: float, method: str) -> dict[str, Constant]:
 
 
 _QUATERNION_EKF = {
-    "gyro_noise_sd": Constant(0.017453292519943295, "printed", "SG14 Table 1, sigma_g = 1 deg/s"),
+    "gyro_noise_sd": Constant(math.radians(1.0), "printed", "SG14 Table 1, sigma_g = 1 deg/s"),
     "accel_noise_sd": Constant(10 * MG, "printed", "SG14 Table 1, sigma_a"),
     "bias_walk_sd": Constant(5e-4, "printed", "SG14 Table 1, accelerometer-bias noise, m/s³"),
     "bias_decay": Constant(0.0, "printed", "SG14 Table 1, alpha"),
@@ -96,7 +102,7 @@ _LEE16_TILT = {
     "transition": Constant("exponential", "chosen", "Lee16's first-order F drifts (omega dt)³/3 a step"),
 }
 _LEE16_HEIGHT = {
-    "acceleration_sd": Constant(0.1, "chosen", "MPU-6050's 4 mg and as much tilt error again, rounded up"),
+    "acceleration_sd": Constant(0.1, "chosen", "MPU-6050's 4 mg, and 6 mg for the tilt's error"),
     "altitude_sd": Constant(0.25, "chosen", "BMP180 data sheet: 0.03 hPa rms in ultra-high resolution"),
 }
 _LEE16_ZUPT = {

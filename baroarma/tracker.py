@@ -20,9 +20,10 @@ from baroarma.chain import Chain, ChainRun
 from baroarma.estimators import attitude_estimator, height_estimator
 from baroarma.estimators.attitude.alignment import align
 from baroarma.estimators.base import Alignment, AttitudeEstimator, HeightEstimator
-from baroarma.estimators.conditioning import AVERAGE, CONDITIONINGS, Conditioner, sg14_whitening
+from baroarma.estimators.conditioning import CONDITIONINGS, conditioner_of
 from baroarma.estimators.strapdown import bourke_track
 from baroarma.finding import Finding
+from baroarma.fitness import needs_imu, reading_notes, refuse_unfit, track_findings
 from baroarma.noise_model import NoiseModel
 from baroarma.presets import Preset, find_preset
 from baroarma.recording import Recording
@@ -34,8 +35,6 @@ ALIGNMENT: Final = 1.0
 """Seconds of rest at the start [SG14, Sec. 2.4]."""
 DEFAULT_NOISE: Final = NoiseModel(0.27, 0.75, 0.46, 0.01, rate_hz=50.0, sensor="BMP085 (SG13), by default")
 """What a height estimator that lives on a noise model takes, with a warning, when none is given."""
-NEED_NOISE: Final = ("coloured-kalman", "differenced-kalman")
-"""The height estimators that do."""
 _ROUNDING: Final = 5e-7  # s: half of a microsecond clock's step, and four of a double's at 1e9 s
 
 
@@ -164,24 +163,25 @@ class Tracker:
         ValueError
             If the recording lacks what the preset needs; the message says what.
         """
-        self._refuse(recording)
+        refuse_unfit(recording, self.settings)
         self.reset()
         if self.settings.height is None:
             track = bourke_track(recording)
-            return replace(track, findings=(*_notes(recording), *track.findings))
+            return replace(track, findings=(*reading_notes(recording), *track.findings))
         t, altitude = recording.t, recording.height()
         elapsed = np.cumsum(np.diff(t, prepend=t[:1]))  # as `step` sums it
         start = int(np.searchsorted(elapsed, ALIGNMENT - _ROUNDING))
         if start == len(t):
             raise ValueError(
-                f"{_name(recording)} lasts {recording.duration:.3g} s, all of it needed to align; at least "
-                f"{ALIGNMENT:g} s of rest and some motion are needed"
+                f"{recording.name or 'the recording'} lasts {recording.duration:.3g} s, all of it needed to "
+                f"align; at least {ALIGNMENT:g} s of rest and some motion are needed"
             )
         dt, early = float(t[start] - t[start - 1]), recording.rows(slice(start))
         self._with_imu = recording.accel is not None and recording.gyro is not None
         self._chain = self._aligned(elapsed[:start], early.accel, early.gyro, altitude[:start], dt=dt)
         found = self._chain.run(recording.rows(slice(start, None)), altitude[start:], dt)
-        return _track(recording, start, found, self.settings.name, self._findings(recording))
+        findings = track_findings(recording, self.settings, self.noise, self._chain, late_after=ALIGNMENT)
+        return _track(recording, start, found, self.settings.name, findings)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the tracker with its state, to go on with `load` exactly where it stopped (a pickle)."""
@@ -256,7 +256,7 @@ class Tracker:
         describes it; whitening leaves white noise of the raw white sd, and of the drift its DC gain's share.
         """
         noise = self.noise
-        if noise is None and self.settings.height in NEED_NOISE:
+        if noise is None and self.settings.needs_noise:
             noise = DEFAULT_NOISE
         if noise is None or self.settings.conditioning != "average+whitening":
             return noise
@@ -276,16 +276,14 @@ class Tracker:
         zero = float("nan")
         if new.any():
             zero = float(np.mean(altitude[new]) if self.settings.bias_capture else altitude[new][0])
-        self._whitening, self._rate_hz = None, self._rate_of(t[new])
-        if self.settings.conditioning == "average+whitening":
-            self._whitening = sg14_whitening(self.noise, self._rate_hz)
-        average = 1 if self.settings.conditioning == "none" else AVERAGE
-        conditioner = Conditioner(average=average, whitening=self._whitening)
+        rate_hz = self._rate_of(t[new])
+        conditioner = conditioner_of(self.settings.conditioning, self.noise, rate_hz)
         conditioner.run(altitude[new] - zero)
-        height = self._make_height(float(t[-1] + dt) / len(t), self._whitening)
+        height = self._make_height(float(t[-1] + dt) / len(t), conditioner.whitening)
         for estimator in filter(None, (self._attitude, height)):
             estimator.reset(alignment)
-        return Chain(self._attitude, height, conditioner, zero=zero, with_imu=self._with_imu)
+        imu = self._with_imu
+        return Chain(self._attitude, height, conditioner, zero=zero, rate_hz=rate_hz, with_imu=imu)
 
     def _rate_of(self, t: Signal) -> float:
         """Rate of the barometer's new samples in Hz; with fewer than two, the noise model's."""
@@ -297,55 +295,8 @@ class Tracker:
         if self.settings.height is None:
             raise ValueError(f"the preset {self.settings.name} works off-line, on whole recordings only")
         if not with_imu and self.settings.needs_imu:
-            raise ValueError(_no_imu("the stream", self.settings))
+            raise ValueError(needs_imu("the stream", self.settings))
         self._with_imu = with_imu
-
-    def _refuse(self, recording: Recording) -> None:
-        wrong = [note.message for note in recording.notes if note.severity == "error"]
-        if wrong:
-            raise ValueError(f"{_name(recording)}: {wrong[0]}")
-        if not recording.is_new.any():
-            raise ValueError(f"{_name(recording)}: there is no pressure sample to track")
-        if self.settings.needs_imu and (recording.accel is None or recording.gyro is None):
-            raise ValueError(_no_imu(_name(recording), self.settings))
-        if self.settings.attitude == "reference" and recording.reference_attitude is None:
-            raise ValueError(
-                f"{_name(recording)} has no reference attitude, which the attitude 'reference' passes on; "
-                "choose another attitude"
-            )
-
-    def _findings(self, recording: Recording) -> tuple[Finding, ...]:
-        found = [*_notes(recording)]
-        if self._whitening is not None and abs(self._whitening.dc_gain - 1) > 1e-6:
-            message = (
-                f"The whitening filter reports a steady height change only {self._whitening.dc_gain:.3g} "
-                "times its size (its DC gain); floors and lifts come out too small."
-            )
-            found.append(Finding("dc-gain", "warning", message))
-        if self.noise is None and self.settings.height in NEED_NOISE:
-            message = (
-                "No noise model was given, so that of a BMP085 was taken; identify your barometer's from a "
-                "recording at rest and pass it as noise."
-            )
-            found.append(Finding("default-noise", "warning", message))
-        if self.noise is not None and not 0.75 < self._rate_hz / self.noise.rate_hz < 1.33:
-            message = (
-                f"The noise model describes samples at {self.noise.rate_hz:.3g} Hz, but these come at "
-                f"{self._rate_hz:.3g} Hz; its white sd was taken as it is, so if the sensor averages over "
-                "its interval, pass noise.at_rate(...)."
-            )
-            found.append(Finding("noise-rate", "warning", message))
-        if not self._with_imu:
-            message = "There is no IMU: this is the barometer alone, smoothed, and late in fast motion."
-            found.append(Finding("no-imu", "warning", message))
-        first = float(recording.t[recording.is_new][0] - recording.t[0])
-        if first >= ALIGNMENT:
-            message = f"The first pressure came after {first:.3g} s and counts as height 0 there."
-            found.append(Finding("late-barometer", "warning", message))
-        assert self._chain is not None
-        if note := getattr(self._chain.height, "note", ""):
-            found.append(Finding("left-out", "info", note))
-        return tuple(found)
 
 
 def _chosen(base: Preset, attitude: str | None, height: str | None, conditioning: str | None) -> Preset:
@@ -388,18 +339,3 @@ def _checked(dt: float) -> float:
     if not 0 <= dt < float("inf"):
         raise ValueError(f"dt is the time since the previous sample in s, positive, but it is {dt}")
     return dt
-
-
-def _notes(recording: Recording) -> tuple[Finding, ...]:
-    return tuple(note for note in recording.notes if note.severity != "info")
-
-
-def _name(recording: Recording) -> str:
-    return recording.name or "the recording"
-
-
-def _no_imu(what: str, preset: Preset) -> str:
-    return (
-        f"{what} has no accelerometer and gyro, which the preset {preset.name} needs; take the preset "
-        "baroarma for a track from pressure alone"
-    )

@@ -10,7 +10,7 @@ The whitening filter reports a steady height change only `dc_gain` times its siz
 from __future__ import annotations
 
 from collections import deque
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,8 @@ from baroarma.arma import ArmaModel
 from baroarma.noise_model import NoiseModel
 from baroarma.whitening import WhiteningFilter
 
-Conditioning = Literal["none", "average", "average+whitening"]
 CONDITIONINGS: Final = ("none", "average", "average+whitening")
+"""What a user may choose."""
 AVERAGE: Final = 4
 """Points of the moving average [SG13, SG14: printed]."""
 SG14_ARMA: Final = ArmaModel(ar=(-0.87,), ma=(-0.50,), sd=1.0, dt=0.1)
@@ -41,6 +41,12 @@ def sg14_whitening(noise: NoiseModel | None, rate_hz: float) -> WhiteningFilter:
     return source.whitening_filter(rate_hz=rate_hz, unity_gain_hz=rate_hz / 2)
 
 
+def conditioner_of(name: str, noise: NoiseModel | None, rate_hz: float) -> Conditioner:
+    """Return a new conditioner by name, one of `CONDITIONINGS`; the rest as in `sg14_whitening`."""
+    whitening = sg14_whitening(noise, rate_hz) if name == "average+whitening" else None
+    return Conditioner(average=1 if name == "none" else AVERAGE, whitening=whitening)
+
+
 class Conditioner:
     """Condition the altitude, one sample at a time or all at once, with the same numbers.
 
@@ -58,6 +64,7 @@ class Conditioner:
     """
 
     def __init__(self, *, average: int = 1, whitening: WhiteningFilter | None = None) -> None:
+        self.whitening = whitening
         self._recent: deque[float] = deque(maxlen=average)
         self._stream = whitening and whitening.stream()
 

@@ -22,11 +22,9 @@ from baroarma.identification.diagnostics import (
 )
 from baroarma.identification.intervals import intervals
 from baroarma.identification.preprocessing import Conditioned, WindowSettings, condition, detrend, new_samples
+from baroarma.identification.problem import Problem, Signal, Term
 from baroarma.identification.structural import (
-    Problem,
-    Signal,
     StructuralFit,
-    Term,
     fit_second_gauss_markov,
     fit_terms,
     select_terms,

@@ -15,15 +15,9 @@ from typing import Final
 
 import numpy as np
 
-from baroarma.identification.structural import (
-    Problem,
-    Signal,
-    StructuralFit,
-    Term,
-    fit_terms,
-    free_parameters,
-    maximise,
-)
+from baroarma.identification.problem import Problem, Signal, Term, free_parameters
+from baroarma.identification.scoring import maximise
+from baroarma.identification.structural import StructuralFit, fit_terms
 from baroarma.noise_model import Interval
 
 Z95: Final = 1.959963985
@@ -46,29 +40,39 @@ def intervals(problem: Problem, fit: StructuralFit) -> dict[str, Interval]:
     Returns
     -------
     dict
-        ``{"correlated_sd": (low, high), "correlation_time": ..., "white_sd": ..., "drift_rate": ...}``.
+        ``{"white_sd": (low, high), "drift_rate": ..., "correlated_sd": ..., "correlation_time": ...}``, in
+        the fields' units.
     """
     sd = log_sd(problem, fit)
-    wald = {j: _log_interval(fit.theta[j], sd[j]) for j in fit.free}
     profile = _Profile(problem, fit)
-    absent = (0.0, 0.0)
-    return {
-        "correlated_sd": wald[2] if "gm" in fit.terms else (0.0, _upper_if_added(problem, fit, "gm")),
-        "correlation_time": wald[3] if "gm" in fit.terms else (0.0, problem.duration / 10),
-        "white_sd": wald[0] if "white" in fit.terms else (0.0, _upper_if_added(problem, fit, "white")),
-        "drift_rate": (
-            (profile.limit(1, -1, sd[1]), profile.limit(1, +1, sd[1]))
-            if "drift" in fit.terms
-            else (absent[0], _upper_if_added(problem, fit, "drift"))
-        ),
-    }
+    found = {}
+    for j in fit.free:
+        if _NAMES[j] == "drift_rate":
+            found[_NAMES[j]] = profile.limit(j, -1, sd[j]), profile.limit(j, +1, sd[j])
+        elif fit.theta[j] <= 1.01 * profile.low[j] and _NAMES[j] != "correlation_time":
+            found[_NAMES[j]] = 0.0, profile.limit(j, +1, sd[j])  # asked for, but not in the data
+        else:
+            found[_NAMES[j]] = _log_interval(float(fit.theta[j]), float(sd[j]))
+    for term in TERM_ORDER:
+        if term not in fit.terms:
+            found[_NAMES[free_parameters((term,))[0]]] = (0.0, _upper_if_added(problem, fit, term))
+    if "gm" not in fit.terms:
+        found["correlation_time"] = (0.0, problem.duration / 10)
+    return found
+
+
+_NAMES: Final = {0: "white_sd", 1: "drift_rate", 2: "correlated_sd", 3: "correlation_time"}
+"""Fields of `NoiseModel` by their place in theta."""
 
 
 def log_sd(problem: Problem, fit: StructuralFit) -> Signal:
-    """Return the standard deviations of the log parameters, NaN-free; 0 for those the model lacks."""
-    covariance = np.linalg.pinv(observed_information(problem, fit.theta, fit.free), hermitian=True)
+    """Return the standard deviations of the log parameters; 0 for those that the model lacks.
+
+    A prior of sd 5 (a factor of 150) keeps them finite where the data know nothing about a parameter.
+    """
+    information = observed_information(problem, fit.theta, fit.free)
     sd = np.zeros(len(fit.theta))
-    sd[fit.free] = np.sqrt(np.clip(np.diag(covariance), 0, 25))
+    sd[fit.free] = np.sqrt(np.diag(np.linalg.inv(information + np.eye(len(fit.free)) / 25)))
     return sd
 
 

@@ -14,10 +14,21 @@ from baroarma.identification.problem import PARAMETERS_OF, Problem, Signal, Term
 
 
 def structure_starts(problem: Problem, terms: Terms, grid: int = 12) -> list[Signal]:
-    """Return up to two starting points that match the structure function.
+    """Return up to two starting points, the best of a local minimum of the misfit over tau each.
 
-    The mean squared difference at lag l is 2 sigma_u² + 2 sigma_c² (1 - exp(-l/tau)) + q² l: linear in the
-    variances, which non-negative least squares finds for each tau of a grid.
+    Parameters
+    ----------
+    problem : Problem
+        The samples.
+    terms : tuple of str
+        The model's terms; at most one Gauss-Markov term.
+    grid : int
+        Number of correlation times tried, from one sampling interval to a tenth of the log.
+
+    Returns
+    -------
+    list of ndarray
+        Vectors theta, the best first.
     """
     from scipy.optimize import nnls
 

@@ -31,7 +31,7 @@ SUBSETS: Final[tuple[Terms, ...]] = (
 )
 """Combinations of terms that `select_terms` compares, the largest first."""
 ENOUGH_TO_COMPARE: Final = 0.05
-"""Expected gain of log-likelihood at which scoring stops where only the likelihood is wanted, to compare it with penalties of log(n)."""
+"""Expected gain at which scoring stops where only the likelihood is wanted, next to penalties of log(n)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from baroarma.presets import PRESETS
 
 if TYPE_CHECKING:
     from baroarma.noise_model import NoiseModel
+    from baroarma.track import Track
     from baroarma.tracker import Tracker
 
 
@@ -66,16 +68,18 @@ def track(
     """Estimate height and vertical velocity of a RECORDING from its IMU and barometer.
 
     With - as RECORDING, CSV rows are read from stdin and answered one by one; the first second, at rest,
-    aligns and has no answer.
+    aligns and has no answer.  There a cell without a new sample must be empty: a reading that the logger
+    merely repeats can't be told from a new one as it comes.
     """
     from baroarma.tracker import Tracker
 
     noise = load_noise(noise_file)
     tracker = Tracker(noise=noise, preset=preset, attitude=attitude, height=height, conditioning=conditioning)
     if files == ("-",):
-        if out or as_json or mapping or start is not None or stop is not None:
-            raise click.UsageError("with - the answers go to stdout as CSV; no other option of form fits")
-        _live(tracker)
+        if out or as_json or start is not None or stop is not None:
+            raise click.UsageError("with - rows are answered on stdout as CSV as they come; leave out "
+            "--out, --json, --start and --stop")
+        _live(tracker, mapping)
         return
     recordings = read_recordings(files, mapping, start, stop)
     if len(recordings) > 1:
@@ -93,7 +97,7 @@ def track(
         found.save(out)
         say(f"{found!r} -> {out}")
     if as_json:
-        print_json(_document(found.to_frame().to_dict(orient="list"), found.preset, found.findings))
+        print_json(_document(found))
     elif not out:
         click.echo(found.to_frame().to_csv(index=False), nl=False)
 
@@ -105,21 +109,27 @@ def load_noise(path: str | None) -> NoiseModel | None:
     return None if path is None else NoiseModel.load(path)
 
 
-def _document(columns: dict[str, Any], preset: str, findings: Any) -> dict[str, Any]:
-    return {"preset": preset, "findings": [f.to_dict() for f in findings], **columns}
+def _document(found: Track) -> dict[str, Any]:
+    findings = [finding.to_dict() for finding in found.findings]
+    return {"preset": found.preset, "findings": findings, **found.to_frame().to_dict(orient="list")}
 
 
-def _live(tracker: Tracker) -> None:
+def _live(tracker: Tracker, mapping: tuple[str, ...]) -> None:
     """Answer each row of stdin with a row of ``track.csv`` before the next one is read."""
     from baroarma.formats.rows import sample_reader
 
+    if tracker.settings.height is None:
+        raise click.UsageError(f"the preset {tracker.settings.name} works off-line; with - take another one")
     click.echo("time_s,height_m,velocity_m_s,height_sd_m,velocity_sd_m_s")
-    last = None
-    for sample in sample_reader(sys.stdin):
-        dt = sample.t - last if last is not None else 0.0
+    last = math.nan
+    for sample in sample_reader(sys.stdin, column_pairs(mapping)):
+        try:
+            state = tracker.step(
+                dt=sample.t - last, pressure=sample.pressure, accel=sample.accel, gyro=sample.gyro
+            )
+        except ValueError as error:
+            raise Refusal(str(error)) from error
         last = sample.t
-        state = tracker.step(dt=dt, accel=sample.accel, gyro=sample.gyro, pressure=sample.pressure)
         if state is not None:
             values = ",".join(repr(float(value)) for value in state[:4])
             click.echo(f"{sample.t!r},{values}")
-            sys.stdout.flush()

@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from baroarma.atomic import replacing
 from baroarma.formats.columns import COLUMNS, WRITTEN
 from baroarma.formats.errors import UnreadableError
 from baroarma.formats.held_samples import drop_held_samples
@@ -107,18 +108,12 @@ def write_csv(recording: Recording, path: StrPath) -> None:
     from baroarma.formats.csv import write_csv as write_text
     from baroarma.formats.parquet import write_parquet
 
-    target = Path(path)
-    if not target.parent.is_dir():
-        raise ValueError(f"{target}: there is no folder {target.parent}; make it first")
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-    try:
-        if target.suffix == ".parquet":
+    suffix = Path(path).suffix
+    with replacing(path) as temporary:
+        if suffix == ".parquet":
             write_parquet(_frame(recording), str(temporary))
         else:
-            write_text(_frame(recording), str(temporary), compress=target.suffix == ".gz")
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
+            write_text(_frame(recording), str(temporary), compress=suffix == ".gz")
 
 
 def _frame(recording: Recording) -> DataFrame:

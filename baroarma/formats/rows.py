@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from baroarma.formats.bad_lines import NO_SAMPLE, NUMBER
 from baroarma.formats.columns import COLUMNS, choose_columns
 from baroarma.formats.errors import UnreadableError
 
@@ -16,21 +17,26 @@ SOURCE = "standard input"
 
 
 class Sample(NamedTuple):
-    """One row: time (s), specific force (3,) (m/s²), angular rate (3,) (rad/s), pressure (Pa); NaN: none."""
+    """One row: time (s), pressure (Pa), specific force (m/s²) and angular rate (rad/s), each (3,); NaN: none.
+
+    The last two are None when the stream has no such columns.
+    """
 
     t: float
-    accel: NDArray[np.float64]
-    gyro: NDArray[np.float64]
     pressure: float
+    accel: NDArray[np.float64] | None
+    gyro: NDArray[np.float64] | None
 
 
-def sample_reader(lines: Iterable[str]) -> Iterator[Sample]:
+def sample_reader(lines: Iterable[str], mapping: Mapping[str, str] | None = None) -> Iterator[Sample]:
     """Turn CSV lines, the header first, into samples, each as soon as its line is there.
 
     Parameters
     ----------
     lines : iterable of str
         Lines with the columns of a recording file; empty lines are passed over.
+    mapping : mapping of str to str, optional
+        Our column name -> the stream's.
 
     Yields
     ------
@@ -51,7 +57,7 @@ def sample_reader(lines: Iterable[str]) -> Iterator[Sample]:
     numbered = ((i, line.strip()) for i, line in enumerate(lines, start=1))
     header = next((line for _, line in numbered if line), "")
     names = [name.strip() for name in header.lstrip("\ufeff").split(",")]
-    places = choose_columns(SOURCE, names)
+    places = choose_columns(SOURCE, names, mapping)
     fields = {COLUMNS[name].field for name in places}
     if "pressure" not in fields:
         raise UnreadableError(f"{SOURCE}: there is no pressure among the columns {header!r}; add pressure_pa")
@@ -68,35 +74,35 @@ def sample_reader(lines: Iterable[str]) -> Iterator[Sample]:
         yield sample
 
 
-def _sample(i: int, cells: list[str], count: int, places: dict[str, int]) -> Sample:
+def _sample(i: int, cells: list[str], count: int, places: Mapping[str, int]) -> Sample:
     if len(cells) != count:
         raise UnreadableError(f"{SOURCE}, line {i}: {len(cells)} cells, but the header has {count} columns")
-    t, pressure, accel, gyro = math.nan, math.nan, np.full(3, math.nan), np.full(3, math.nan)
+    vectors = {COLUMNS[name].field for name in places} & {"accel", "gyro"}
+    values = {field: np.full(3, math.nan) for field in vectors}
+    scalars = {}
     for name, place in places.items():
-        column, value = COLUMNS[name], _number(i, cells[place], name)
+        column, value = COLUMNS[name], _number(i, cells[place].strip(), name)
         if column.to_si is not None:
             value = float(column.to_si(np.asarray(value)))
-        if column.field == "t":
-            t = value
-        elif column.field == "pressure":
-            pressure = value
-        elif column.axis is not None and column.field in ("accel", "gyro"):
-            (accel if column.field == "accel" else gyro)[column.axis] = value
-    return Sample(t, accel, gyro, pressure)
+        if column.field in vectors:
+            values[column.field][column.axis] = value
+        else:
+            scalars[column.field] = value
+    return Sample(scalars["t"], scalars["pressure"], values.get("accel"), values.get("gyro"))
 
 
 def _number(i: int, cell: str, name: str) -> float:
-    cell = cell.strip()
-    if not cell or cell.lower() == "nan":
+    if cell in NO_SAMPLE:
         return math.nan
     column = COLUMNS[name]
-    try:
-        value = float(cell)
-    except ValueError:
-        raise UnreadableError(f"{SOURCE}, line {i}: {cell[:40]!r} in column {name} is no number") from None
-    if not column.lowest <= value <= column.highest:
+    if not NUMBER.fullmatch(cell):
+        raise UnreadableError(
+            f"{SOURCE}, line {i}: {cell[:40]!r} in column {name} is no number; leave the cell empty where "
+            "there is no sample"
+        )
+    if not column.lowest <= float(cell) <= column.highest:
         raise UnreadableError(
             f"{SOURCE}, line {i}: {name} of {cell[:40]} can't be; "
             f"it must lie between {column.lowest:g} and {column.highest:g}"
         )
-    return value
+    return float(cell)

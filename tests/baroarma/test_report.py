@@ -11,18 +11,12 @@ import pytest
 import baroarma as ba
 from baroarma.atmosphere import altitude_pressure
 from baroarma.finding import Finding
+from baroarma.page import Code, Page, Section, Table, Text, Verdict, write_page
 from baroarma.report import (
-    Code,
-    Page,
-    Section,
-    Table,
-    Text,
-    Verdict,
     comparison_table,
     identification_table,
     model_table,
     write_identification_report,
-    write_page,
 )
 from baroarma.simulation import simulate_rest
 

@@ -5,7 +5,7 @@ import pytest
 
 from baroarma import NoiseModel
 from baroarma.identification.bound import cramer_rao_bound
-from baroarma.identification.structural import Problem
+from baroarma.identification.problem import Problem
 
 
 @pytest.mark.parametrize(

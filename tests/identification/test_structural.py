@@ -6,13 +6,9 @@ import pytest
 from baroarma import NoiseModel
 from baroarma.identification.intervals import intervals, log_sd, observed_information
 from baroarma.identification.kernels import LIKELIHOODS
-from baroarma.identification.structural import (
-    Problem,
-    fit_second_gauss_markov,
-    fit_terms,
-    maximise,
-    select_terms,
-)
+from baroarma.identification.problem import Problem
+from baroarma.identification.scoring import maximise
+from baroarma.identification.structural import SUBSETS, fit_second_gauss_markov, fit_terms, select_terms
 from baroarma.simulation import BMP085, simulate_rest
 
 THETAS = [
@@ -155,8 +151,6 @@ def test_bic_keeps_the_terms_that_are_there(noise, terms):
 
 def test_pruning_never_hides_the_winner():
     problem = problem_of(NoiseModel(0.2, 3.0, 0.4, 0.01, rate_hz=20), 4000, 6)
-    from baroarma.identification.structural import SUBSETS
-
     everything = min(fit_terms(problem, terms).bic for terms in SUBSETS)
     assert select_terms(problem)[0].bic == pytest.approx(everything, abs=0.1)
 

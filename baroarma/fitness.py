@@ -1,0 +1,109 @@
+"""Whether a recording is fit for a tracker, and what to know before believing the track."""
+
+from __future__ import annotations
+
+from baroarma.chain import Chain
+from baroarma.finding import Finding
+from baroarma.noise_model import NoiseModel
+from baroarma.presets import Preset
+from baroarma.recording import Recording
+
+
+def refuse_unfit(recording: Recording, preset: Preset) -> None:
+    """Raise if a recording lacks what a chain needs.
+
+    Raises
+    ------
+    ValueError
+        The message says what is missing and what to do.
+    """
+    name = recording.name or "the recording"
+    wrong = [note.message for note in recording.notes if note.severity == "error"]
+    if wrong:
+        raise ValueError(f"{name}: {wrong[0]}")
+    if not recording.is_new.any():
+        raise ValueError(f"{name}: there is no pressure sample to track")
+    if preset.needs_imu and (recording.accel is None or recording.gyro is None):
+        raise ValueError(needs_imu(name, preset))
+    if preset.attitude == "reference" and recording.reference_attitude is None:
+        raise ValueError(
+            f"{name} has no reference attitude, which the attitude 'reference' passes on; choose another one"
+        )
+
+
+def needs_imu(what: str, preset: Preset) -> str:
+    """Return the sentence for what has no IMU."""
+    return (
+        f"{what} has no accelerometer and gyro, which the preset {preset.name} needs; take the preset "
+        "baroarma for a track from pressure alone"
+    )
+
+
+def reading_notes(recording: Recording) -> tuple[Finding, ...]:
+    """Return what reading noticed and a track should repeat."""
+    return tuple(note for note in recording.notes if note.severity != "info")
+
+
+def track_findings(
+    recording: Recording, preset: Preset, noise: NoiseModel | None, chain: Chain, *, late_after: float
+) -> tuple[Finding, ...]:
+    """Return what to know about the track that a chain made of a recording.
+
+    Parameters
+    ----------
+    recording, preset, chain
+        What was tracked, and by what.
+    noise : NoiseModel or None
+        What the user gave.
+    late_after : float
+        A barometer that starts so many seconds after the recording is late.
+    """
+    return (
+        *reading_notes(recording),
+        *_about_whitening(chain),
+        *_about_noise(preset, noise, chain),
+        *_about_sensors(recording, chain, late_after),
+    )
+
+
+def _about_whitening(chain: Chain) -> list[Finding]:
+    whitening = chain.conditioner.whitening
+    if whitening is None or abs(whitening.dc_gain - 1) < 1e-6:
+        return []
+    message = (
+        f"The whitening filter reports a steady height change only {whitening.dc_gain:.3g} times its size "
+        "(its DC gain); floors and lifts come out too small."
+    )
+    return [Finding("dc-gain", "warning", message)]
+
+
+def _about_noise(preset: Preset, noise: NoiseModel | None, chain: Chain) -> list[Finding]:
+    found = []
+    if noise is None and preset.needs_noise:
+        message = (
+            "No noise model was given, so that of a BMP085 was taken; identify your barometer's from a "
+            "recording at rest and pass it as noise."
+        )
+        found.append(Finding("default-noise", "warning", message))
+    if noise is not None and not 0.75 < chain.rate_hz / noise.rate_hz < 1.33:
+        message = (
+            f"The noise model describes samples at {noise.rate_hz:.3g} Hz, but these come at "
+            f"{chain.rate_hz:.3g} Hz; its white sd was taken as it is, so if the sensor averages over its "
+            "interval, pass noise.at_rate(...)."
+        )
+        found.append(Finding("noise-rate", "warning", message))
+    if note := getattr(chain.height, "note", ""):
+        found.append(Finding("left-out", "info", note))
+    return found
+
+
+def _about_sensors(recording: Recording, chain: Chain, late_after: float) -> list[Finding]:
+    found = []
+    if not chain.with_imu:
+        message = "There is no IMU: this is the barometer alone, smoothed, and late in fast motion."
+        found.append(Finding("no-imu", "warning", message))
+    first = float(recording.t[recording.is_new][0] - recording.t[0])
+    if first >= late_after:
+        message = f"The first pressure came after {first:.3g} s and counts as height 0 there."
+        found.append(Finding("late-barometer", "warning", message))
+    return found

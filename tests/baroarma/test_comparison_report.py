@@ -1,0 +1,46 @@
+"""The page of a bake-off."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+import baroarma as ba
+from baroarma.comparison_report import write_comparison_report
+from baroarma.simulation import BMP085, simulate
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    squats = simulate("squat", duration=30, seed=1)
+    named = replace(squats, name="<b>$x$</b>")
+    ride = replace(squats, name="ride", reference=None, reference_velocity=None)
+    path = tmp_path_factory.mktemp("page") / "page.html"
+    comparisons = [
+        ba.compare(recording, presets=("sg14-b", "baroarma"), noise=BMP085.noise)
+        for recording in (named, ride)
+    ]
+    write_comparison_report(comparisons, path)
+    return comparisons, path.read_text()
+
+
+def test_the_page_refers_to_nothing_outside(page):
+    assert not re.search(r"https?://", page[1])
+    assert "<b>$x$" not in page[1]
+
+
+def test_the_page_has_the_numbers_and_the_price_of_whitening(page):
+    comparisons, html = page
+    for row in comparisons[0].rows:
+        assert f"{row.errors.velocity_rmse:.3f}" in html
+    assert "DC gain" in html
+
+
+def test_without_a_reference_the_page_says_so(page):
+    assert "it has no reference" in page[1]
+    assert "Where the ride ends" in page[1]
+
+
+def test_nothing_to_report_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="at least one comparison"):
+        write_comparison_report([], tmp_path / "page.html")
