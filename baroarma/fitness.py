@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from baroarma.chain import Chain
+from baroarma.estimators.strapdown import QUIET_ACCELERATION, QUIET_RATE
 from baroarma.finding import Finding
 from baroarma.noise_model import NoiseModel
 from baroarma.presets import Preset
@@ -45,7 +48,7 @@ def reading_notes(recording: Recording) -> tuple[Finding, ...]:
 
 
 def track_findings(
-    recording: Recording, preset: Preset, noise: NoiseModel | None, chain: Chain, *, late_after: float
+    recording: Recording, preset: Preset, noise: NoiseModel | None, chain: Chain, *, aligned_over: float
 ) -> tuple[Finding, ...]:
     """Return what to know about the track that a chain made of a recording.
 
@@ -55,14 +58,15 @@ def track_findings(
         What was tracked, and by what.
     noise : NoiseModel or None
         What the user gave.
-    late_after : float
-        A barometer that starts so many seconds after the recording is late.
+    aligned_over : float
+        Seconds at the start that were taken for rest.
     """
     return (
         *reading_notes(recording),
         *_about_whitening(chain),
         *_about_noise(preset, noise, chain),
-        *_about_sensors(recording, chain, late_after),
+        *_about_sensors(recording, chain, aligned_over),
+        *_about_rest(recording, aligned_over),
     )
 
 
@@ -97,13 +101,29 @@ def _about_noise(preset: Preset, noise: NoiseModel | None, chain: Chain) -> list
     return found
 
 
-def _about_sensors(recording: Recording, chain: Chain, late_after: float) -> list[Finding]:
+def _about_sensors(recording: Recording, chain: Chain, aligned_over: float) -> list[Finding]:
     found = []
     if not chain.with_imu:
         message = "There is no IMU: this is the barometer alone, smoothed, and late in fast motion."
         found.append(Finding("no-imu", "warning", message))
     first = float(recording.t[recording.is_new][0] - recording.t[0])
-    if first >= late_after:
+    if first >= aligned_over:
         message = f"The first pressure came after {first:.3g} s and counts as height 0 there."
         found.append(Finding("late-barometer", "warning", message))
     return found
+
+
+def _about_rest(recording: Recording, aligned_over: float) -> list[Finding]:
+    if recording.accel is None or recording.gyro is None:
+        return []
+    early = recording.t - recording.t[0] < aligned_over
+    spread = float(np.nanstd(np.linalg.norm(recording.accel[early], axis=1)))
+    rate = float(np.sqrt(np.sum(np.nanvar(recording.gyro[early], axis=0))))
+    if spread < QUIET_ACCELERATION and rate < QUIET_RATE:
+        return []
+    message = (
+        f"The first {aligned_over:g} s were not at rest (the specific force varies by {spread:.2g} m/s², the "
+        f"angular rate by {rate:.2g} rad/s), so tilt, gyro bias and zero are off from the start; begin where "
+        "the device rests."
+    )
+    return [Finding("not-at-rest", "warning", message)]

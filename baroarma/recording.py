@@ -134,6 +134,26 @@ class Recording:
         level = float(pressure_altitude(middle))
         return level + (height - level) * temperature_factor(middle, temperature)
 
+    def relative_to(self, reference: Recording, *, lag: float | None = None) -> Recording:
+        """Return the recording without the weather that a second, stationary barometer saw.
+
+        Parameters
+        ----------
+        reference : Recording
+            Of a barometer that did not move meanwhile.
+        lag : float, optional
+            How much the reference's clock is ahead, s; default: found by correlation, see
+            `baroarma.differential.relative_to`.
+
+        Returns
+        -------
+        Recording
+            With the pressure that would have been read in constant weather, and notes about clock and noise.
+        """
+        from baroarma.differential import relative_to
+
+        return relative_to(self, reference, lag=lag)
+
     def between(self, start: float, stop: float) -> Recording:
         """Return the rows with start <= t < stop (s, on the recording's own clock)."""
         return self.rows((self.t >= start) & (self.t < stop))

@@ -180,7 +180,7 @@ class Tracker:
         self._with_imu = recording.accel is not None and recording.gyro is not None
         self._chain = self._aligned(elapsed[:start], early.accel, early.gyro, altitude[:start], dt=dt)
         found = self._chain.run(recording.rows(slice(start, None)), altitude[start:], dt)
-        findings = track_findings(recording, self.settings, self.noise, self._chain, late_after=ALIGNMENT)
+        findings = track_findings(recording, self.settings, self.noise, self._chain, aligned_over=ALIGNMENT)
         return _track(recording, start, found, self.settings.name, findings)
 
     def save(self, path: str | os.PathLike[str]) -> None:

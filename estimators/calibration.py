@@ -2,13 +2,15 @@
 
 At rest the specific force has the modulus g, whatever the orientation.  With f = scale * reading - offset per
 axis, the six parameters follow from rests in at least six orientations by least squares on |f| - g [Lötters
-et al. 1998, which SG14 uses, Sec. 2.4].  The gyro's bias is its mean over the rests.
+et al. 1998, which SG14 uses, Sec. 2.4].  Each rest is weighted by the sd of its mean; when the rests disagree
+by more than that (axes that are not square, a hand that trembles), all sds grow accordingly.  g is standard
+gravity: a place with 0.3 % less makes all scales 0.3 % larger.  The gyro's bias is its mean over the rests.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +20,14 @@ from baroarma.estimators.strapdown import quasi_static
 from baroarma.recording import Recording
 
 Signal = NDArray[np.float64]
-SHORTEST_REST = 1.0
+PARAMETERS: Final = 6
+"""Three scales, three offsets."""
+SHORTEST_REST: Final = 1.0
 """Seconds that a rest must last to count."""
-LARGEST_SD = 0.02
+LARGEST_SD: Final = 0.02
 """Sd of a scale beyond which the orientations are too alike."""
+SMALLEST_SD: Final = 1e-4
+"""Least noise of a sample that is believed, m/s²: a coarse sensor at rest may repeat one number."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +40,8 @@ class Calibration:
         Per axis; 1 and m/s².
     accel_scale_sd, accel_offset_sd : tuple of float
         Their standard deviations.
-    gyro_bias : tuple of float
-        rad/s.
+    gyro_bias, gyro_bias_sd : tuple of float
+        And its sd, rad/s.
     rests : int
         Number of rests.
     residual_sd : float
@@ -47,6 +53,7 @@ class Calibration:
     accel_scale_sd: tuple[float, ...]
     accel_offset_sd: tuple[float, ...]
     gyro_bias: tuple[float, ...]
+    gyro_bias_sd: tuple[float, ...]
     rests: int
     residual_sd: float
 
@@ -68,6 +75,7 @@ class Calibration:
             "accel_scale_sd": list(self.accel_scale_sd),
             "accel_offset_sd_m_s2": list(self.accel_offset_sd),
             "gyro_bias_rad_s": list(self.gyro_bias),
+            "gyro_bias_sd_rad_s": list(self.gyro_bias_sd),
             "rests": self.rests,
             "residual_sd_m_s2": self.residual_sd,
         }
@@ -75,19 +83,11 @@ class Calibration:
     def summary(self) -> str:
         """Return the calibration as text."""
         lines = [f"{self.rests} rests, residual {self.residual_sd:.3g} m/s²"]
-        rows = zip(
-            "xyz",
-            self.accel_scale,
-            self.accel_scale_sd,
-            self.accel_offset,
-            self.accel_offset_sd,
-            self.gyro_bias,
-            strict=True,
-        )
-        for axis, scale, scale_sd, offset, offset_sd, bias in rows:
+        for i, axis in enumerate("xyz"):
             lines.append(
-                f"  {axis}: scale {scale:.5f} ± {scale_sd:.5f}, offset {offset:+.4f} ± {offset_sd:.4f} m/s², "
-                f"gyro bias {np.rad2deg(bias):+.4f} °/s"
+                f"  {axis}: scale {self.accel_scale[i]:.5f} ± {self.accel_scale_sd[i]:.5f}, "
+                f"offset {self.accel_offset[i]:+.4f} ± {self.accel_offset_sd[i]:.4f} m/s², gyro bias "
+                f"{np.rad2deg(self.gyro_bias[i]):+.4f} ± {np.rad2deg(self.gyro_bias_sd[i]):.4f} °/s"
             )
         return "\n".join(lines)
 
@@ -112,37 +112,50 @@ def calibrate(recording: Recording) -> Calibration:
     """
     from scipy.optimize import least_squares
 
-    means, sizes, gyro_bias = _rests(recording)
-    if len(means) < 6:
+    rests = _rests(recording)
+    if len(rests) < PARAMETERS:
         raise ValueError(
-            f"{recording.name or 'the recording'} has {len(means)} rests of {SHORTEST_REST:g} s; scale and "
-            "offset need at least 6, in different orientations"
+            f"{recording.name or 'the recording'} has too few rests of {SHORTEST_REST:g} s or more, "
+            f"{len(rests)}; scale and offset need at least {PARAMETERS}, in different orientations"
         )
+    means = np.array([rest.accel for rest in rests])
+    weights = 1 / np.array([rest.modulus_sd for rest in rests])
 
     def misfit(parameters: Signal) -> Signal:
         force = means * parameters[:3] - parameters[3:]
-        return np.sqrt(sizes) * (np.linalg.norm(force, axis=1) - STANDARD_GRAVITY)
+        return np.asarray(weights * (np.linalg.norm(force, axis=1) - STANDARD_GRAVITY))
 
     found = least_squares(misfit, np.array([1.0, 1, 1, 0, 0, 0]), x_scale=np.array([0.01] * 3 + [0.1] * 3))
     sd = _sds(found.jac, found.fun)
     if not np.all(sd[:3] < LARGEST_SD):
         raise ValueError(
-            f"the {len(means)} rests are too alike to tell scale from offset; turn the device so that each "
+            f"the {len(rests)} rests are too alike to tell scale from offset; turn the device so that each "
             "axis points up once and down once"
         )
+    gyro_bias, gyro_bias_sd = _gyro_bias(rests)
     return Calibration(
         _tuple(found.x[:3]),
         _tuple(found.x[3:]),
         _tuple(sd[:3]),
         _tuple(sd[3:]),
         _tuple(gyro_bias),
-        len(means),
-        float(np.sqrt(np.mean(found.fun**2 / sizes))),
+        _tuple(gyro_bias_sd),
+        len(rests),
+        float(np.sqrt(np.mean((found.fun / weights) ** 2))),
     )
 
 
-def _rests(recording: Recording) -> tuple[Signal, Signal, Signal]:
-    """Return mean reading and number of samples of each rest, and the gyro's mean over all of them."""
+class _Rest(NamedTuple):
+    """A rest: mean specific force and rate, sd of the mean modulus, sds of the mean rate, samples."""
+
+    accel: Signal
+    gyro: Signal
+    modulus_sd: float
+    gyro_sd: Signal
+    size: int
+
+
+def _rests(recording: Recording) -> list[_Rest]:
     if recording.accel is None or recording.gyro is None:
         raise ValueError(f"{recording.name or 'the recording'} has no accelerometer and gyro to calibrate")
     good = np.isfinite(recording.accel).all(axis=1) & np.isfinite(recording.gyro).all(axis=1)
@@ -151,24 +164,35 @@ def _rests(recording: Recording) -> tuple[Signal, Signal, Signal]:
         raise ValueError(f"{recording.name or 'the recording'} has no complete IMU sample to calibrate with")
     static = quasi_static(t, accel, gyro)
     edges = np.flatnonzero(np.diff(np.concatenate(([False], static, [False])).astype(int)))
-    spans = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if t[b - 1] - t[a] >= SHORTEST_REST]
-    means = np.array([accel[a:b].mean(axis=0) for a, b in spans]).reshape(-1, 3)
-    sizes = np.array([b - a for a, b in spans], float)
-    rates = np.concatenate([gyro[a:b] for a, b in spans]) if spans else np.zeros((1, 3))
-    return means, sizes, rates.mean(axis=0)
+    spans = zip(edges[::2], edges[1::2], strict=True)
+    return [_rest(accel[a:b], gyro[a:b]) for a, b in spans if t[b - 1] - t[a] >= SHORTEST_REST]
+
+
+def _rest(accel: Signal, gyro: Signal) -> _Rest:
+    root = np.sqrt(len(accel))
+    modulus_sd = max(float(np.linalg.norm(accel, axis=1).std(ddof=1)), SMALLEST_SD) / root
+    return _Rest(
+        accel.mean(axis=0), gyro.mean(axis=0), modulus_sd, gyro.std(axis=0, ddof=1) / root, len(accel)
+    )
+
+
+def _gyro_bias(rests: list[_Rest]) -> tuple[Signal, Signal]:
+    """Mean over all rests, with the sd of its noise or of the rests' disagreement, whichever is larger."""
+    share = np.array([rest.size for rest in rests], float)
+    share /= share.sum()
+    rates = np.array([rest.gyro for rest in rests])
+    noise = np.sqrt(share**2 @ np.array([rest.gyro_sd for rest in rests]) ** 2)
+    return share @ rates, np.maximum(noise, rates.std(axis=0, ddof=1) * np.sqrt(share @ share))
 
 
 def _sds(jacobian: Signal, residuals: Signal) -> Signal:
-    """Standard deviations of the parameters; with no residuals to spare, those of 5 mm/s² a rest."""
-    freedom = len(residuals) - jacobian.shape[1]
-    variance = (
-        float(residuals @ residuals) / freedom if freedom > 0 else 25e-6 * float(np.mean(residuals != 0) + 1)
-    )
-    with np.errstate(divide="ignore", over="ignore"):
-        covariance = np.linalg.pinv(jacobian.T @ jacobian)
-    if np.linalg.matrix_rank(jacobian) < jacobian.shape[1]:
-        return np.full(jacobian.shape[1], np.inf)
-    return np.asarray(np.sqrt(variance * np.diag(covariance)))
+    """Standard deviations of the parameters (residuals in sds), larger where the residuals say so."""
+    freedom = len(residuals) - PARAMETERS
+    excess = float(residuals @ residuals) / freedom if freedom else 1.0
+    if np.linalg.matrix_rank(jacobian) < PARAMETERS:
+        return np.full(PARAMETERS, np.inf)
+    covariance = np.linalg.inv(jacobian.T @ jacobian)
+    return np.asarray(np.sqrt(max(excess, 1.0) * np.diag(covariance)))
 
 
 def _tuple(values: Signal) -> tuple[float, ...]:

@@ -29,6 +29,8 @@ QUIET_RATE: Final = 0.1
 """Largest rms angular rate in the window, rad/s."""
 VELOCITY_SD: Final = 0.1
 """Sd of the velocity in motion, m/s [SG14, Sec. 4, of the method's own validation]."""
+REST_SD: Final = 0.01
+"""Sd of the velocity at rest, m/s."""
 VELOCITY_MEMORY: Final = 1.0
 """Seconds over which that error keeps its sign, for the height's sd."""
 
@@ -66,32 +68,31 @@ def bourke_track(recording: Recording) -> Track:
     acceleration, velocity = np.zeros(len(t)), np.zeros(len(t))
     for start, stop in _dynamic_periods(static):
         before, after = _vertical(accel, static, start - 1, -1), _vertical(accel, static, stop, +1)
-        if before is None and after is None:
-            continue
         rows = slice(max(start - 1, 0), min(stop + 1, len(t)))
         up = _carry(t[rows], gyro[rows], before, after)
-        a = np.einsum("ij,ij->i", accel[rows], up) - gravity
-        v = _integral(t[rows], a)
-        if before is not None and after is not None:
-            v -= v[-1] * (t[rows] - t[rows][0]) / (t[rows][-1] - t[rows][0])
-        elif before is None:
-            v -= v[-1]
-        acceleration[rows], velocity[rows] = a, v
-    moving = ~static
-    velocity_sd = np.where(moving, VELOCITY_SD, 0.01)
+        acceleration[rows] = np.einsum("ij,ij->i", accel[rows], up) - gravity
+        velocity[rows] = _between_rests(t[rows], acceleration[rows], before is not None, after is not None)
     steps = np.diff(t, prepend=t[:1])
-    height_sd = np.sqrt(1e-6 + VELOCITY_SD**2 * VELOCITY_MEMORY * np.cumsum(steps * moving))
     return Track(
         t,
-        _integral(t, velocity),
-        velocity,
-        height_sd,
-        velocity_sd,
-        acceleration,
+        height=_integral(t, velocity),
+        velocity=velocity,
+        height_sd=np.sqrt(1e-6 + VELOCITY_SD**2 * VELOCITY_MEMORY * np.cumsum(steps * ~static)),
+        velocity_sd=np.where(static, REST_SD, VELOCITY_SD),
+        acceleration=acceleration,
         preset="bourke08",
         name=recording.name,
         findings=_findings(static),
     )
+
+
+def _between_rests(t: Signal, acceleration: Signal, from_rest: bool, to_rest: bool) -> Signal:
+    """Integrate to the velocity, which is 0 wherever there is rest; the drift is spread linearly."""
+    velocity = _integral(t, acceleration)
+    if not to_rest:
+        return velocity
+    share = (t - t[0]) / (t[-1] - t[0]) if from_rest else 1.0
+    return np.asarray(velocity - velocity[-1] * share)
 
 
 def quasi_static(t: Signal, accel: Signal, gyro: Signal) -> NDArray[np.bool_]:

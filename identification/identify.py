@@ -122,10 +122,9 @@ class Identification:
             lines.append(
                 "  whiteness of prediction errors: " + ", ".join(f"{k} p = {v:.2g}" for k, v in p.items())
             )
-        if self.minutes_wanting:
-            lines.append(
-                f"  {self.minutes_wanting:.0f} more minutes would make the correlation time's interval ±10 %"
-            )
+            if self.minutes_wanting:
+                advice = "more minutes would determine the correlation time to ±10 %"
+                lines.append(f"  {self.minutes_wanting:.0f} {advice}")
         if self.fits:
             least = self.fits[0].bic
             lines.append("  terms compared: BIC above the best")
@@ -142,7 +141,8 @@ class Identification:
 
         Without a model the model's keys are null and the verdict says why.
         """
-        body: dict[str, Any] = dict.fromkeys((*JSON_KEYS, "rate_hz", "ci95", "whiteness_p"))
+        body: dict[str, Any] = dict.fromkeys((*JSON_KEYS, "rate_hz", "ci95", "sensor", "whiteness_p"))
+        body["source"] = _source(self.recording)
         if self.model is not None:
             body = self.model.to_dict()
         return {
@@ -262,9 +262,13 @@ def _structurally(
         whiteness_p=whiteness(residuals),
         source=_source(rest),
     )
-    seconds = [f for f in fits if "gm2" in f.terms]
-    gain = fit.bic - seconds[0].bic if seconds else 0.0
-    return _judged(rest, model, verdict, gain, "structural", tuple(fits), None, residuals, temperature)
+    gain = max((fit.bic - other.bic for other in fits if "gm2" in other.terms), default=0.0)
+    gm_tried = terms == "auto" or "gm" in terms
+    verdict += judge_model(model, duration=rest.duration, second_gm_gain=gain, gm_tried=gm_tried)
+    model = replace(model, verdict=verdict)
+    return Identification(
+        rest, model, verdict, "structural", tuple(fits), residuals=residuals, temperature=temperature
+    )
 
 
 def _by_windows(
@@ -278,35 +282,21 @@ def _by_windows(
     settings = settings or WindowSettings.for_rate(rest.rate_hz)
     try:
         windows = identify_windows(t, height, settings, split=split)
-        model = replace(windows.to_noise_model(), source=_source(rest))
     except ValueError as error:
-        failed = Finding("too-short", "error", f"The windows method found no model: {error}")
+        failed = Finding("too-short", "error", f"The windows method found no model: {error}.")
         return Identification(rest, None, (*verdict, failed), "windows", temperature=temperature)
-    theta = np.array([model.white_sd, 0.0, model.correlated_sd, model.correlation_time])
-    residuals = Problem(t, detrend(t, height, settings.detrend_s)).innovations(theta)
-    model = replace(model, whiteness_p=whiteness(residuals))
-    return _judged(rest, model, verdict, 0.0, "windows", (), windows, residuals, temperature)
-
-
-def _judged(
-    rest: Recording,
-    model: NoiseModel,
-    verdict: tuple[Finding, ...],
-    second_gm_gain: float,
-    method: Method,
-    fits: tuple[StructuralFit, ...],
-    windows: WindowsResult | None,
-    residuals: Signal,
-    temperature: float | None,
-) -> Identification:
-    """Complete the verdict with what the model says; the model carries it along."""
-    if windows is not None:
-        verdict += tuple(f for f in windows.findings if f.code not in {v.code for v in verdict})
-    verdict += judge_model(
-        model, model.whiteness_p or {}, duration=rest.duration, second_gm_gain=second_gm_gain
-    )
+    model = windows.to_noise_model()
+    theta = [model.white_sd, 0.0]
+    if model.has_gauss_markov:
+        theta += [model.correlated_sd, model.correlation_time]
+    residuals = Problem(t, detrend(t, height, settings.detrend_s)).innovations(np.array(theta))
+    model = replace(model, whiteness_p=whiteness(residuals), source=_source(rest))
+    # each code once, from whoever knows most about it
+    for findings in (windows.findings, judge_model(model, duration=rest.duration)):
+        codes = {finding.code for finding in verdict}
+        verdict += tuple(finding for finding in findings if finding.code not in codes)
     model = replace(model, verdict=verdict)
-    return Identification(rest, model, verdict, method, fits, windows, residuals, temperature)
+    return Identification(rest, model, verdict, "windows", (), windows, residuals, temperature)
 
 
 def whiteness(residuals: Signal) -> dict[str, float]:

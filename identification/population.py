@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,7 +32,7 @@ class Ratio:
     parameter : str
         Field of `NoiseModel`.
     ratio : float or None
-        First over second; None when a term is absent in one of them.
+        First over second; None when one of them, or both, lack the term.
     ci95 : tuple of float or None
         95 % interval of the ratio.
     p : float or None
@@ -47,7 +47,7 @@ class Ratio:
     def __str__(self) -> str:
         name = self.parameter.replace("_", " ")
         if self.ratio is None or self.ci95 is None:
-            return f"{name}: only one of the two models has it"
+            return f"{name}: one of the two models, or both, lack it"
         return f"{name}: {self.ratio:.3g} times [{self.ci95[0]:.3g}, {self.ci95[1]:.3g}], p = {self.p:.2g}"
 
 
@@ -79,8 +79,9 @@ def pool(models: Sequence[NoiseModel]) -> NoiseModel:
     """Combine models from several rests of one sensor into one.
 
     Each parameter is a random-effects mean on the log scale (DerSimonian-Laird): rests that differ by more
-    than their intervals allow are weighted more alike and widen the interval.  A term that the majority of
-    the models lacks is 0, with the largest upper end; absent terms of the minority don't enter the mean.
+    than their intervals allow are weighted more alike and widen the interval, with Student's t for few of
+    them.  A term that half of the models or more lack is 0, with the largest upper end; otherwise the
+    models that lack it don't enter the mean.
 
     Parameters
     ----------
@@ -108,9 +109,9 @@ def pool(models: Sequence[NoiseModel]) -> NoiseModel:
         if 2 * len(with_term) <= len(models):
             values[name], ci95[name] = 0.0, (0.0, max(_interval(m, name)[1] for m in models))
             continue
-        mean, sd, heterogeneous = _random_effects([_log_estimate(m, name) for m in with_term])
+        mean, half, heterogeneous = _random_effects([_log_estimate(m, name) for m in with_term])
         values[name] = math.exp(mean)
-        ci95[name] = (math.exp(mean - Z95 * sd), math.exp(mean + Z95 * sd))
+        ci95[name] = (math.exp(mean - half), math.exp(mean + half))
         if heterogeneous:
             disagree.append(name.replace("_", " "))
     verdict: tuple[Finding, ...] = ()
@@ -126,8 +127,17 @@ def pool(models: Sequence[NoiseModel]) -> NoiseModel:
         method="pooled",
         sensor=models[0].sensor,
         verdict=verdict,
-        source={"name": ", ".join(str((m.source or {}).get("name", "?")) for m in models)},
+        source=_sources(models),
     )
+
+
+def _sources(models: Sequence[NoiseModel]) -> dict[str, Any]:
+    sources = [model.source or {} for model in models]
+    return {
+        "name": ", ".join(str(source.get("name", "?")) for source in sources),
+        "sha256": None,
+        "duration_s": sum(float(source.get("duration_s") or 0.0) for source in sources),
+    }
 
 
 def _ratio(name: str, first: NoiseModel, second: NoiseModel) -> Ratio:
@@ -155,19 +165,19 @@ def _log_estimate(model: NoiseModel, name: str) -> tuple[float, float]:
 
 
 def _random_effects(estimates: list[tuple[float, float]]) -> tuple[float, float, bool]:
-    """Return mean, its standard error, and whether Cochran's Q exceeds its 95 % quantile."""
-    from scipy.stats import chi2
+    """Return mean, half-width of its 95 % interval, and whether Cochran's Q exceeds its 95 % quantile."""
+    from scipy.stats import chi2, t
 
     x = np.array([value for value, _ in estimates])
     variance = np.maximum([sd**2 for _, sd in estimates], 1e-12)
-    w = 1 / variance
-    mean = float(w @ x / w.sum())
-    q, freedom = float(w @ (x - mean) ** 2), len(x) - 1
-    if freedom == 0:
-        return mean, math.sqrt(variance[0]), False
-    between = max(0.0, (q - freedom) / (w.sum() - (w @ w) / w.sum()))
+    w, freedom = 1 / variance, len(x) - 1
+    q = float(w @ (x - w @ x / w.sum()) ** 2)
+    between = max(0.0, (q - freedom) / (w.sum() - (w @ w) / w.sum())) if freedom else 0.0
+    # a spread between the rests that few rests tell is uncertain itself, hence Student's t
+    quantile = float(t.ppf(0.975, freedom)) if between else Z95
     w = 1 / (variance + between)
-    return float(w @ x / w.sum()), float(1 / math.sqrt(w.sum())), bool(q > chi2.ppf(0.95, freedom))
+    half_width = quantile / math.sqrt(w.sum())
+    return float(w @ x / w.sum()), half_width, bool(freedom and q > chi2.ppf(0.95, freedom))
 
 
 def table(found: Sequence[Identification], pooled: NoiseModel | None = None) -> str:
@@ -184,7 +194,8 @@ def table(found: Sequence[Identification], pooled: NoiseModel | None = None) -> 
     width = max(len(name) for name in ("recording", *(name for name, *_ in models)))
     lines = [f"{'recording':{width}}  {'white m':>9} {'GM m':>9} {'GM s':>9} {'drift':>9}  verdict"]
     for name, model, one in models:
-        lines.append(f"{name:{width}}  {_cells(model)}  {', '.join(f.code for f in one.verdict) or 'ok'}")
+        codes = dict.fromkeys(finding.code for finding in one.verdict)
+        lines.append(f"{name:{width}}  {_cells(model)}  {', '.join(codes) or 'ok'}")
     if pooled is not None:
         lines.append(f"{'pooled':{width}}  {_cells(pooled)}")
         low, high = zip(*(pooled.ci95[name] for name in _COLUMNS), strict=True) if pooled.ci95 else ((), ())

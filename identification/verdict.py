@@ -7,7 +7,7 @@ that reading the list below is reading the catalogue.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
 from typing import Final
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from baroarma.atmosphere import metres_per_pascal
 from baroarma.finding import Finding
+from baroarma.identification.stillness import judge_stillness
 from baroarma.noise_model import NoiseModel
 from baroarma.recording import Recording
 
@@ -22,17 +23,17 @@ Signal = NDArray[np.float64]
 
 LEAST_SAMPLES: Final = 100
 LEAST_DURATION: Final = 10.0
-"""Below so many samples or seconds no model is tried."""
+"""Below so many samples, or seconds, no model is tried."""
 WANTED_PRECISION: Final = 0.10
 """Relative half-width of the correlation time's interval that the advice on duration aims at."""
 TOLERATED_PRECISION: Final = 0.35
 """Half-width beyond which the log counts as too short."""
 SIGNIFICANT: Final = 0.01
 """p-value of a whiteness test below which the prediction errors count as not white."""
-BLOCK: Final = 10.0
-"""Length in s of the block means that tell motion from noise."""
-REST_CHANGE: Final = 1.2
-"""Largest change in m of neighbouring block means at rest: wind on a launch pad reaches 0.64, stairs 1.7."""
+STUCK: Final = 10.0
+"""A pressure that stands still for so many s, 50 times longer than usual, is that of a sensor that hung."""
+WARMING: Final = 4.0
+"""A start so many standard deviations off what the second half's random walk would do is warm-up."""
 
 
 def judge_recording(recording: Recording) -> tuple[Finding, ...]:
@@ -55,7 +56,7 @@ def judge_recording(recording: Recording) -> tuple[Finding, ...]:
         seconds = t[-1] - t[0] if len(t) else 0.0
         message = (
             f"{len(t)} samples over {seconds:.4g} s are too few for a noise model; log at least "
-            f"{LEAST_SAMPLES} samples, better ten minutes to an hour."
+            f"{LEAST_SAMPLES} samples over {LEAST_DURATION:g} s, better ten minutes to an hour."
         )
         return (*found, Finding("too-short", "error", message))
     if not any(f.code == "units" for f in found):
@@ -63,48 +64,37 @@ def judge_recording(recording: Recording) -> tuple[Finding, ...]:
     found += _dead(t, pressure)
     if any(f.severity == "error" for f in found):
         return tuple(found)
-    height = recording.height()[new]
-    moving = _moving_imu(recording) or _moving_pressure(t, height)
-    found += moving + _gaps(t) + _coarse(pressure, height)
+    moving = judge_stillness(recording)
+    found += moving + _gaps(t) + _coarse(pressure)
     if not moving:
-        found += _warm_up(t, height)
+        found += _warm_up(t, recording.height()[new])
     return tuple(found)
 
 
 def judge_model(
-    model: NoiseModel, whiteness_p: Mapping[str, float], *, duration: float, second_gm_gain: float
+    model: NoiseModel, *, duration: float, second_gm_gain: float = 0.0, gm_tried: bool = True
 ) -> tuple[Finding, ...]:
     """Return what the fitted model says about the recording.
 
     Parameters
     ----------
     model : NoiseModel
-        The fitted model with its intervals.
-    whiteness_p : mapping
-        p-values of the tests on its prediction errors.
+        The fitted model with its intervals and the p-values of its prediction errors.
     duration : float
         Length of the recording, s.
     second_gm_gain : float
         By how much BIC falls with a second Gauss-Markov term; positive: it fits better.
+    gm_tried : bool
+        Whether a Gauss-Markov term was among those that the model was chosen from.
     """
-    found = []
-    if not model.has_gauss_markov:
-        message = (
-            "The data do not call for a Gauss-Markov component: white noise"
-            f"{' and drift explain' if model.drift_rate else ' explains'} them."
-        )
-        if model.ci95:
-            message += f" One of up to {model.ci95['correlated_sd'][1]:.2g} m could hide in this log."
-        found.append(Finding("no-gm", "info", message))
-    else:
-        found += _too_short(model, duration)
+    found = _too_short(model, duration) if model.has_gauss_markov else [_no_gm(model, gm_tried)]
     if second_gm_gain > 0:
         message = (
             f"Two correlation times fit better than one (BIC lower by {second_gm_gain:.3g}); the model is "
             "the best with one, a compromise between them."
         )
         found.append(Finding("two-time-constants", "warning", message))
-    rejected = {name: p for name, p in whiteness_p.items() if p < SIGNIFICANT}
+    rejected = {name: p for name, p in (model.whiteness_p or {}).items() if p < SIGNIFICANT}
     if rejected:
         tests = ", ".join(f"{_TESTS.get(name, name)} p = {p:.2g}" for name, p in rejected.items())
         message = (
@@ -118,13 +108,15 @@ def judge_model(
 def minutes_wanting(model: NoiseModel, duration: float, precision: float = WANTED_PRECISION) -> float | None:
     """Return how many more minutes would bring the correlation time's 95 % half-width to `precision`.
 
-    The half-width falls with the square root of the duration.  None without a Gauss-Markov component or
-    an interval; 0 when the log is long enough.
+    The half-width of the interval of log(tau) falls with the square root of the duration; that of tau,
+    relative, is its hyperbolic sine.  None without a Gauss-Markov component or an interval; 0 when the log is
+    long enough.
     """
     half_width = _half_width(model)
     if half_width is None:
         return None
-    return max(0.0, duration * ((half_width / precision) ** 2 - 1) / 60)
+    ratio = math.asinh(half_width) / math.asinh(precision)
+    return max(0.0, duration * (ratio**2 - 1) / 60)
 
 
 _TESTS = {
@@ -142,10 +134,9 @@ def _half_width(model: NoiseModel) -> float | None:
 
 
 def _too_short(model: NoiseModel, duration: float) -> list[Finding]:
-    half_width = _half_width(model)
-    if half_width is None or half_width <= TOLERATED_PRECISION:
+    half_width, more = _half_width(model), minutes_wanting(model, duration)
+    if half_width is None or more is None or half_width <= TOLERATED_PRECISION:
         return []
-    more = minutes_wanting(model, duration)
     message = (
         f"{duration:.4g} s determine the correlation time of {model.correlation_time:.3g} s only to "
         f"±{100 * half_width:.0f} %; about {more:.0f} minutes more would make it ±10 %."
@@ -153,15 +144,28 @@ def _too_short(model: NoiseModel, duration: float) -> list[Finding]:
     return [Finding("too-short", "warning", message)]
 
 
+def _no_gm(model: NoiseModel, tried: bool) -> Finding:
+    if not tried:
+        message = "The model was asked for without a Gauss-Markov component."
+    else:
+        terms = [
+            name for name, size in (("white noise", model.white_sd), ("drift", model.drift_rate)) if size
+        ]
+        message = (
+            "The data do not call for a Gauss-Markov component: "
+            f"{' and '.join(terms)} {'explain' if len(terms) > 1 else 'explains'} them."
+        )
+    if model.ci95:
+        message += f" One of up to {model.ci95['correlated_sd'][1]:.2g} m could hide in this log."
+    return Finding("no-gm", "info", message)
+
+
 def _units(pressure: Signal) -> list[Finding]:
+    """Check what was built by hand; `read` has noted the units of a file."""
     level = float(np.median(pressure))
-    if 1_000 <= level <= 200_000:
+    if 1_200 <= level <= 200_000:
         return []
-    hint = (
-        "it looks like hPa, so rename the column to pressure_hpa"
-        if 300 <= level <= 1_100
-        else "check the unit"
-    )
+    hint = "it looks like hPa: multiply by 100" if 300 <= level < 1_200 else "check the unit"
     return [Finding("units", "error", f"A median pressure of {level:.6g} Pa is no air pressure; {hint}.")]
 
 
@@ -172,69 +176,20 @@ def _dead(t: Signal, pressure: Signal) -> list[Finding]:
             f"The pressure never changes from {pressure[0]:.6g} Pa; a live barometer is never that quiet."
         )
         return [Finding("dead", "error", message)]
-    edges = np.concatenate(([0], changes + 1, [len(pressure) - 1]))
-    runs = np.diff(t[edges])
+    starts, ends = np.append(0, changes + 1), np.append(changes, len(pressure) - 1)
+    runs = t[ends] - t[starts]  # from first to last sample: a gap is no run
     longest = int(np.argmax(runs))
-    usual = float(np.median(np.diff(t[changes]))) if len(changes) > 1 else 0.0
-    if runs[longest] > max(10.0, 50 * usual):
-        message = (
-            f"The pressure stands still for {runs[longest]:.4g} s from {t[edges[longest]]:.4g} s on, but "
-            f"it otherwise changes every {usual:.2g} s: the sensor or the logger hung; use the rest of it."
-        )
-        return [Finding("dead", "error", message)]
-    return []
-
-
-def _moving_imu(recording: Recording) -> list[Finding]:
-    """Compare one-second windows of gyro and accelerometer with the recording's own median."""
-    signs = []
-    second = np.floor(recording.t - recording.t[0]).astype(int)
-    for signal, limit in ((recording.gyro, 0.1), (recording.accel, 0.3)):
-        if signal is None:
-            continue
-        good = np.isfinite(signal).all(axis=1)
-        if good.sum() < 2:
-            continue
-        off = signal[good] - np.median(signal[good], axis=0)
-        count = np.maximum(np.bincount(second[good]), 1)
-        if signal is recording.gyro:  # rms rate
-            size = np.sqrt(np.bincount(second[good], np.sum(off**2, axis=1)) / count)
-        else:  # mean specific force: noise and vibration average out, tilt and acceleration stay
-            means = [np.bincount(second[good], off[:, i]) / count for i in range(3)]
-            size = np.linalg.norm(means, axis=0)
-        signs.append(np.flatnonzero(size > limit))
-    seconds = np.unique(np.concatenate(signs)) if signs else np.empty(0, int)
-    if not len(seconds):
+    first, last = starts[longest], ends[longest]
+    alive = np.concatenate((np.diff(pressure[: first + 1]), np.diff(pressure[last:])))
+    usual = float(np.median(np.diff(t[starts])))
+    # a sensor whose noise is below its quantum may honestly stay on one value
+    if runs[longest] < max(STUCK, 50 * usual) or _quantum(pressure) > _noise(alive):
         return []
-    share = len(seconds) / (second[-1] + 1)
-    where = f"the IMU moves in {len(seconds)} of {second[-1] + 1} seconds, first at {seconds[0]} s"
-    if len(seconds) < 3 or share < 0.01:
-        return [Finding("moving", "warning", f"The recording is nearly at rest: {where}.")]
     message = (
-        f"This is no rest recording: {where}; log the sensor where nothing moves it, or cut the rest out."
+        f"The pressure stands still for {runs[longest]:.4g} s from {t[first]:.4g} s on, but otherwise "
+        f"changes every {usual:.2g} s: the sensor or the logger hung; use the rest of the recording."
     )
-    return [Finding("moving", "error", message)]
-
-
-def _moving_pressure(t: Signal, height: Signal) -> list[Finding]:
-    """Look for height changes between neighbouring ten-second means that air at rest does not make."""
-    block = np.floor((t - t[0]) / BLOCK).astype(int)
-    count = np.bincount(block)
-    full = np.flatnonzero(count >= 3)
-    means = np.bincount(block, height)[full] / count[full]
-    if len(means) < 2:
-        return []
-    sample_sd = 1.4826 * float(np.median(np.abs(np.diff(height)))) / np.sqrt(2)
-    limit = max(REST_CHANGE, 8 * sample_sd / np.sqrt(np.median(count[full])))
-    change = np.abs(np.diff(means))
-    if change.max() <= limit:
-        return []
-    at = float(full[int(np.argmax(change))] * BLOCK + BLOCK)
-    message = (
-        f"This is no rest recording: the height changes by {change.max():.3g} m within {BLOCK:.0f} s near "
-        f"{at:.0f} s; log the sensor where nothing moves it, or cut the rest out."
-    )
-    return [Finding("moving", "error", message)]
+    return [Finding("dead", "error", message)]
 
 
 def _gaps(t: Signal) -> list[Finding]:
@@ -253,12 +208,9 @@ def _gaps(t: Signal) -> list[Finding]:
     return [Finding("gaps", severity, message)]
 
 
-def _coarse(pressure: Signal, height: Signal) -> list[Finding]:
-    """Compare the quantum with the noise that is not drift: the sd of first differences over sqrt(2)."""
-    steps = np.diff(np.unique(pressure))
-    steps = steps[steps > 1e-9 * abs(pressure[0])]
-    quantum = float(steps.min()) * metres_per_pascal(float(np.median(pressure)))
-    noise = float(np.std(np.diff(height))) / np.sqrt(2)
+def _coarse(pressure: Signal) -> list[Finding]:
+    scale = metres_per_pascal(float(np.median(pressure)))
+    quantum, noise = _quantum(pressure) * scale, _noise(np.diff(pressure)) * scale
     if quantum <= noise:
         return []
     message = (
@@ -268,23 +220,36 @@ def _coarse(pressure: Signal, height: Signal) -> list[Finding]:
     return [Finding("coarse-quantisation", "warning", message)]
 
 
+def _quantum(pressure: Signal) -> float:
+    """Return the smallest difference of two values, Pa; differences of rounding don't count."""
+    steps = np.diff(np.unique(pressure))
+    steps = steps[steps > 1e-9 * abs(pressure[0])]
+    return float(steps.min()) if len(steps) else 0.0
+
+
+def _noise(differences: Signal) -> float:
+    """Return the sd of the noise that is not drift from the differences of neighbouring samples."""
+    return float(np.sqrt(np.mean(differences**2) / 2)) if len(differences) else 0.0
+
+
 def _warm_up(t: Signal, height: Signal) -> list[Finding]:
-    """Compare the first tenths of the log with the spread of its second half."""
-    tenth = np.minimum(((t - t[0]) / (t[-1] - t[0]) * 10).astype(int), 9)
-    count = np.bincount(tenth, minlength=10)
+    """Compare the beginning with the drift in the second half, in means over twentieths of the log."""
+    part = np.minimum(((t - t[0]) / (t[-1] - t[0]) * 20).astype(int), 19)
+    count = np.bincount(part, minlength=20)
     if count.min() == 0:
         return []
-    means = np.bincount(tenth, height, minlength=10) / count
-    late = means[5:]
-    spread = max(float(np.ptp(late)), 1e-9)
-    start = float(means[0] - np.median(late))
-    sample_sd = float(np.std(np.diff(height))) / np.sqrt(2)
-    same_way = np.all(np.sign(np.diff(means[:3])) == -np.sign(start))
-    if abs(start) < 5 * spread or abs(start) < sample_sd or not same_way:
+    means = np.bincount(part, height, minlength=20) / count
+    step = float(np.sqrt(np.mean(np.diff(means[10:]) ** 2)))
+    off = means - np.median(means[10:])
+    # from the first part to the middle of the second half a random walk goes sqrt(15) steps, and the steps of
+    # its means are sqrt(2/3) of its own
+    limit = max(WARMING * step * np.sqrt(15 * 3 / 2), _noise(np.diff(height)))
+    settling = np.all(np.diff(means[:4]) * off[0] < 0)
+    if abs(off[0]) < limit or not settling:
         return []
+    warm = int(np.flatnonzero(np.abs(off) <= WARMING * step)[0])
     message = (
-        f"The first {0.1 * (t[-1] - t[0]):.3g} s lie {abs(start):.2g} m "
-        f"{'above' if start > 0 else 'below'} the second half, which stays within {spread:.2g} m: the sensor "
-        "was warming up; drop the beginning."
+        f"The height starts {abs(off[0]):.2g} m {'above' if off[0] > 0 else 'below'} its level in the second "
+        f"half and settles: the sensor was warming up; drop the first {warm / 20 * (t[-1] - t[0]):.0f} s."
     )
     return [Finding("warm-up", "warning", message)]

@@ -29,10 +29,14 @@ from baroarma.cli.whiten import whiten
 @click.group(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Start with: baroarma identify rest.csv --out noise.json --report page.html",
+    invoke_without_command=True,
 )
 @click.version_option(__version__, prog_name="baroarma")
-def cli() -> None:
+@click.pass_context
+def cli(context: click.Context) -> None:
     """From a barometer at rest to a noise model, a whitening filter, and height and vertical velocity."""
+    if context.invoked_subcommand is None:
+        raise click.UsageError("give a command, such as identify", context)
 
 
 for command in (identify, whiten, track, compare, calibrate, simulate, demo):

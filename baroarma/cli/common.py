@@ -17,6 +17,23 @@ F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
 
 
+class OutputFile(click.ParamType):
+    """A file to write, refused before any work is done if that can't succeed."""
+
+    name = "file"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the path, or fail with a sentence."""
+        path = Path(value)
+        if path.is_dir():
+            self.fail(f"{path} is a folder; name a file in it", param, ctx)
+        if not path.parent.is_dir():
+            self.fail(f"{path}: there is no folder {path.parent}; make it first", param, ctx)
+        if not os.access(path.parent, os.W_OK):
+            self.fail(f"{path}: the folder {path.parent} can't be written to", param, ctx)
+        return str(path)
+
+
 class Refusal(Exception):  # noqa: N818 -- the program works; it is the data that refuse
     """The data don't support the request: exit code 1."""
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import click
 
-from baroarma.cli.common import Refusal, json_option, print_json, read_recordings, recordings_argument
+from baroarma.cli.common import (
+    Refusal,
+    json_option,
+    print_json,
+    read_recordings,
+    recordings_argument,
+    with_progress,
+)
 from baroarma.cli.track import load_noise
 
 
@@ -39,16 +46,22 @@ def compare(
     from baroarma.comparison import compare as compare_presets
 
     noise = load_noise(noise_file)
-    names = None if presets is None else tuple(name.strip() for name in presets.split(","))
+    names = None if presets is None else tuple(name.strip() for name in presets.split(",") if name.strip())
     recordings = read_recordings(files, mapping, start, stop)
     found = [
         compare_presets(recording, presets=names, noise=noise, reference_lag=reference_lag)
-        for recording in recordings
+        for recording in with_progress(recordings, "comparing")
     ]
     if as_json:
         documents = [comparison.to_dict() for comparison in found]
         print_json(documents[0] if len(documents) == 1 else {"recordings": documents})
     else:
         click.echo("\n\n".join(comparison.summary() for comparison in found))
-    if all(row.track is None for comparison in found for row in comparison.rows):
-        raise Refusal("no preset could track this: " + found[0].rows[0].refusal)
+    hopeless = [c for c in found if all(row.track is None for row in c.rows)]
+    if hopeless:
+        raise Refusal(
+            "no preset could track "
+            + "; ".join(
+                f"{comparison.recording.name}: {comparison.rows[0].refusal}" for comparison in hopeless
+            )
+        )

@@ -17,10 +17,12 @@ from baroarma.cli.common import json_option, print_json, say, write_text
     show_default=True,
     help="Folder for the results.",
 )
-@click.option("--seed", type=int, default=1, show_default=True, help="For the same numbers again.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=1, show_default=True, help="For the same numbers again."
+)
 @json_option
 def demo(out: str, seed: int, as_json: bool) -> None:
-    """Simulate a night's log, identify its noise, synthesise the whitening filter, draw the page.
+    """Simulate a rest log, identify its noise, synthesise the whitening filter, draw the page.
 
     Ends with OUT/report.html; under a minute.
     """

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from baroarma.cli.common import (
+    OutputFile,
     Refusal,
     json_option,
     print_json,
@@ -28,12 +29,14 @@ _SETTINGS = {
     "detrend_s": (float, "seconds per level that is removed", 60),
     "trim": (float, "fraction of windows left out of the mean", 0.1),
 }
+_BY_RATE = ("average", "decimate")
+_ADAPTED = " at 50 Hz, adapted to other rates"
 
 
 def _window_settings(command: Any) -> Any:
     for name, (kind, meaning, printed) in reversed(_SETTINGS.items()):
         option = "--" + name.removesuffix("_s")
-        text = f"windows: {meaning} [{printed:g} at 50 Hz, adapted elsewhere]"
+        text = f"windows: {meaning}; default: {printed:g}{_ADAPTED if name in _BY_RATE else ''}."
         command = click.option(option, name, type=kind, help=text)(command)
     return command
 
@@ -63,8 +66,8 @@ def _window_settings(command: Any) -> Any:
 )
 @_window_settings
 @click.option("--temperature", type=float, metavar="°C", help="Temperature of the air; default: the ISA's.")
-@click.option("--out", type=click.Path(dir_okay=False), help="Write the noise model here (noise.json).")
-@click.option("--report", type=click.Path(dir_okay=False), help="Write a page with numbers and plots here.")
+@click.option("--out", type=OutputFile(), help="Write the noise model here (noise.json).")
+@click.option("--report", type=OutputFile(), help="Write a page with numbers and plots here (HTML).")
 @json_option
 def identify(
     files: tuple[str, ...],
@@ -82,68 +85,91 @@ def identify(
     A file with pressure starts a recording; files without (acc, gyr) belong to the one before.  Several
     recordings give a table; --out then writes their pooled model.
 
-    Exit code 1: a recording can't support a model; the verdict says why.
+    If a recording can't support a model, the verdict says why, nothing is written and the exit code is 1.
     """
+    _refuse_idle_options(terms, options)
     recordings = read_recordings(files, mapping, start, stop)
     found = [_identify_one(r, terms, options) for r in with_progress(recordings, "identifying")]
-    _show(found, as_json)
+    model = _pooled(found)
+    _show(found, model, as_json)
+    if model is None:
+        raise Refusal(_reasons(found) + (" Nothing was written." if out or report else ""))
     if report:
         from baroarma.report import write_identification_report
 
         write_identification_report(found, report)
         say(f"page: {report}")
-    refused = [f for f in found if f.model is None]
-    if refused:
-        reasons = [f.message for r in refused for f in r.verdict if f.severity == "error"]
-        names = ", ".join(r.recording.name for r in refused)
-        raise Refusal(f"{names}: {' '.join(reasons)}{' No noise model was written.' if out else ''}")
     if out:
-        _pooled(found).save(out)
+        model.save(out)
         say(f"noise model: {out}")
+
+
+def _refuse_idle_options(terms: str, options: dict[str, Any]) -> None:
+    """Refuse options that the chosen method would not look at, and terms that don't exist."""
+    for_windows = [name for name in _SETTINGS if options[name] is not None]
+    for_windows += ["split"] if options["split"] != "exact" else []
+    if options["method"] == "structural" and for_windows:
+        raise click.UsageError(f"--{for_windows[0].removesuffix('_s')} belongs to --method windows")
+    if options["method"] == "windows" and terms != "auto":
+        raise click.UsageError("--terms belongs to --method structural")
+    unknown = set(_split(terms)) - {"white", "gm", "drift"}
+    if terms != "auto" and unknown:
+        raise click.UsageError(
+            f"--terms {terms}: {', '.join(sorted(unknown))!r} is no term; give auto or some of white,gm,drift"
+        )
+
+
+def _split(terms: str) -> tuple[str, ...]:
+    return tuple(term.strip() for term in terms.split(","))
 
 
 def _identify_one(recording: Recording, terms: str, options: dict[str, Any]) -> Identification:
     from baroarma.identification import WindowSettings
     from baroarma.identification import identify as identify_recording
 
-    changes = {name: value for name in _SETTINGS if (value := options[name]) is not None}
-    windows = options["method"] == "windows"
-    if changes and not windows:
-        raise click.UsageError(f"--{next(iter(changes)).removesuffix('_s')} belongs to --method windows")
-    if windows and terms != "auto":
-        raise click.UsageError("--terms belongs to --method structural")
     settings = None
-    if windows and int(recording.is_new.sum()) > 1:
+    if options["method"] == "windows" and int(recording.is_new.sum()) > 1:
+        changes = {name: value for name in _SETTINGS if (value := options[name]) is not None}
         settings = WindowSettings.for_rate(recording.rate_hz, **changes)
     return identify_recording(
         recording,
         method=options["method"],
-        terms="auto" if terms == "auto" else tuple(terms.split(",")),  # type: ignore[arg-type]
+        terms="auto" if terms == "auto" else _split(terms),  # type: ignore[arg-type]
         split=options["split"],
         settings=settings,
         temperature=options["temperature"],
     )
 
 
-def _pooled(found: list[Identification]) -> NoiseModel:
+def _pooled(found: list[Identification]) -> NoiseModel | None:
+    """Return the one model, or the pooled one; None if a recording has none."""
     from baroarma.identification import pool
 
     models = [f.model for f in found if f.model is not None]
+    if len(models) < len(found):
+        return None
     return models[0] if len(models) == 1 else pool(models)
 
 
-def _show(found: list[Identification], as_json: bool) -> None:
+def _reasons(found: list[Identification]) -> str:
+    """Return one sentence or more per refused recording."""
+    return " ".join(
+        f"{refused.recording.name}: {finding.message}"
+        for refused in found
+        for finding in refused.verdict
+        if refused.model is None and finding.severity == "error"
+    )
+
+
+def _show(found: list[Identification], model: NoiseModel | None, as_json: bool) -> None:
     several = len(found) > 1
-    pooled = _pooled(found) if several and all(f.ok for f in found) else None
-    if as_json:
-        if several:
-            documents = [f.to_dict() for f in found]
-            print_json({"recordings": documents, "pooled": pooled and pooled.to_dict()})
-        else:
-            print_json(found[0].to_dict())
+    if as_json and several:
+        print_json({"recordings": [f.to_dict() for f in found], "pooled": model and model.to_dict()})
+    elif as_json:
+        print_json(found[0].to_dict())
     elif several:
         from baroarma.identification.population import table
 
-        click.echo(table(found, pooled))
+        click.echo(table(found, model))
     else:
         click.echo(found[0].summary())

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import click
 
-from baroarma.cli.common import json_option, print_json, say
+from baroarma.cli.common import OutputFile, json_option, print_json, say
 
 
 @click.command(short_help="Simulate a recording with its truth.")
 @click.argument("motion")
-@click.option(
-    "--out", required=True, type=click.Path(dir_okay=False), help="CSV, .csv.gz or .parquet to write."
-)
-@click.option("--seed", type=int, default=None, help="For the same numbers again.")
+@click.option("--out", required=True, type=OutputFile(), help="CSV, .csv.gz or .parquet to write.")
+@click.option("--seed", type=click.IntRange(min=0), help="For the same numbers again.")
 @click.option("--duration", type=float, metavar="S", help="Length; default: 600 at rest, 180 in motion.")
 @click.option("--rate", type=float, default=50.0, show_default=True, metavar="HZ", help="Sampling rate.")
 @click.option(

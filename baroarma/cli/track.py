@@ -76,10 +76,12 @@ def track(
     noise = load_noise(noise_file)
     tracker = Tracker(noise=noise, preset=preset, attitude=attitude, height=height, conditioning=conditioning)
     if files == ("-",):
-        if out or as_json or start is not None or stop is not None:
-            raise click.UsageError("with - rows are answered on stdout as CSV as they come; leave out "
-            "--out, --json, --start and --stop")
-        _live(tracker, mapping)
+        if out or as_json or mapping or start is not None or stop is not None:
+            raise click.UsageError(
+                "with - rows are answered on stdout as CSV as they come; leave out --out, --json, --map, "
+                "--start and --stop"
+            )
+        _live(tracker)
         return
     recordings = read_recordings(files, mapping, start, stop)
     if len(recordings) > 1:
@@ -114,7 +116,7 @@ def _document(found: Track) -> dict[str, Any]:
     return {"preset": found.preset, "findings": findings, **found.to_frame().to_dict(orient="list")}
 
 
-def _live(tracker: Tracker, mapping: tuple[str, ...]) -> None:
+def _live(tracker: Tracker) -> None:
     """Answer each row of stdin with a row of ``track.csv`` before the next one is read."""
     from baroarma.formats.rows import sample_reader
 
@@ -122,7 +124,7 @@ def _live(tracker: Tracker, mapping: tuple[str, ...]) -> None:
         raise click.UsageError(f"the preset {tracker.settings.name} works off-line; with - take another one")
     click.echo("time_s,height_m,velocity_m_s,height_sd_m,velocity_sd_m_s")
     last = math.nan
-    for sample in sample_reader(sys.stdin, column_pairs(mapping)):
+    for sample in sample_reader(sys.stdin):
         try:
             state = tracker.step(
                 dt=sample.t - last, pressure=sample.pressure, accel=sample.accel, gyro=sample.gyro

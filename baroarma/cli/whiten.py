@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from baroarma.cli.common import json_option, say, write_text
+from baroarma.cli.common import OutputFile, json_option, say, write_text
 
 
 @click.command(short_help="Synthesise a whitening filter.")
@@ -12,7 +12,7 @@ from baroarma.cli.common import json_option, say, write_text
 @click.option(
     "--arma", nargs=2, type=float, metavar="A B", help="ARMA(1,1): y[k] + A y[k-1] = e[k] + B e[k-1]."
 )
-@click.option("--interval", type=float, metavar="S", help="Sampling interval at which A and B hold.")
+@click.option("--interval", type=float, metavar="S", help="arma: sampling interval at which A and B hold.")
 @click.option(
     "--rate", type=float, metavar="HZ", help="Rate at which the filter will run; default: the model's."
 )
@@ -25,9 +25,9 @@ from baroarma.cli.common import json_option, say, write_text
     type=click.Choice(["json", "csv", "c", "cmsis"]),
     default="json",
     show_default=True,
-    help="What to print.",
+    help="Coefficients as JSON, CSV, a C99 function or a CMSIS-DSP biquad.",
 )
-@click.option("--out", type=click.Path(dir_okay=False), help="Write to this file instead of stdout.")
+@click.option("--out", type=OutputFile(), help="Write to this file instead of stdout.")
 @json_option
 def whiten(
     noise: str | None,
@@ -44,6 +44,8 @@ def whiten(
     from baroarma.export import render
     from baroarma.noise_model import NoiseModel
 
+    if as_json and form != "json":
+        raise click.UsageError(f"--json and --format {form} exclude each other")
     if (noise is None) == (arma is None):
         raise click.UsageError("give either a NOISE.json or --arma A B with --interval")
     if noise is not None:

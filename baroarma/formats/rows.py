@@ -28,15 +28,13 @@ class Sample(NamedTuple):
     gyro: NDArray[np.float64] | None
 
 
-def sample_reader(lines: Iterable[str], mapping: Mapping[str, str] | None = None) -> Iterator[Sample]:
+def sample_reader(lines: Iterable[str]) -> Iterator[Sample]:
     """Turn CSV lines, the header first, into samples, each as soon as its line is there.
 
     Parameters
     ----------
     lines : iterable of str
         Lines with the columns of a recording file; empty lines are passed over.
-    mapping : mapping of str to str, optional
-        Our column name -> the stream's.
 
     Yields
     ------
@@ -54,10 +52,10 @@ def sample_reader(lines: Iterable[str], mapping: Mapping[str, str] | None = None
     >>> next(sample_reader(["time_s,pressure_hpa", "0.5,1013.25"])).pressure
     101325.0
     """
-    numbered = ((i, line.strip()) for i, line in enumerate(lines, start=1))
+    numbered = _numbered(lines)
     header = next((line for _, line in numbered if line), "")
     names = [name.strip() for name in header.lstrip("\ufeff").split(",")]
-    places = choose_columns(SOURCE, names, mapping)
+    places = choose_columns(SOURCE, names)
     fields = {COLUMNS[name].field for name in places}
     if "pressure" not in fields:
         raise UnreadableError(f"{SOURCE}: there is no pressure among the columns {header!r}; add pressure_pa")
@@ -72,6 +70,14 @@ def sample_reader(lines: Iterable[str], mapping: Mapping[str, str] | None = None
             )
         last = sample.t
         yield sample
+
+
+def _numbered(lines: Iterable[str]) -> Iterator[tuple[int, str]]:
+    try:
+        for i, line in enumerate(lines, start=1):
+            yield i, line.strip()
+    except UnicodeDecodeError as error:
+        raise UnreadableError(f"{SOURCE}: this is no text ({error.reason}); write rows of CSV") from error
 
 
 def _sample(i: int, cells: list[str], count: int, places: Mapping[str, int]) -> Sample:

@@ -122,7 +122,7 @@ def test_estimates_are_unbiased_efficient_and_covered():
         covered += sum(found[k][0] <= v <= found[k][1] for k, v in zip(names, truth, strict=True))
     bound = np.sqrt(np.diag(np.linalg.inv(fisher))) * truth
     bias = np.mean(thetas, axis=0) / truth - 1
-    # the mean of 60 has a standard error of bound/sqrt(60): .06 % white, .4 % GM sd, 1 % tau; 3 of them on top
+    # the mean of 60 has a standard error of bound/sqrt(60): .06 % white, .4 % GM sd, 1 % tau; 3 of them
     assert abs(bias[0]) < 0.01
     assert abs(bias[2]) < 0.03 + 0.011
     assert abs(bias[3]) < 0.05 + 0.03
