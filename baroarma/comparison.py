@@ -114,7 +114,10 @@ class Comparison:
         return self.summary()
 
     def _repr_html_(self) -> str:
-        return self.to_frame().to_html(float_format="%.3f", na_rep="-", index=False, escape=True)
+        table: str = self.to_frame().to_html(
+            float_format="{:.3f}".format, na_rep="-", index=False, escape=True
+        )
+        return table
 
     def to_frame(self) -> pd.DataFrame:
         """Return the table as a pandas DataFrame."""

@@ -86,7 +86,7 @@ def _velocity_rmse(row: Row) -> float:
 
 def _table(comparison: Comparison) -> Table:
     head = ("preset", "height RMSE (m)", "velocity RMSE (m/s)", "height bias (m)", "height at the end (m)")
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for row in comparison.rows:
         if row.errors is None:
             rows.append((row.preset, row.refusal, "", "", ""))

@@ -280,8 +280,9 @@ class Tracker:
         conditioner = conditioner_of(self.settings.conditioning, self.noise, rate_hz)
         conditioner.run(altitude[new] - zero)
         height = self._make_height(float(t[-1] + dt) / len(t), conditioner.whitening)
-        for estimator in filter(None, (self._attitude, height)):
-            estimator.reset(alignment)
+        height.reset(alignment)
+        if self._attitude is not None:
+            self._attitude.reset(alignment)
         imu = self._with_imu
         return Chain(self._attitude, height, conditioner, zero=zero, rate_hz=rate_hz, with_imu=imu)
 
@@ -329,10 +330,21 @@ def _track(
 ) -> Track:
     """Put the alignment's rows before the chain's: height and velocity 0, with the first sds."""
     height, velocity, height_sd, velocity_sd = found.height
-    columns = (height, velocity, height_sd, velocity_sd, found.acceleration)
-    first = (0.0, 0.0, height_sd[0], velocity_sd[0], 0.0)
-    padded = (np.concatenate([np.full(start, v), c]) for v, c in zip(first, columns, strict=True))
-    return Track(recording.t, *padded, preset=preset, name=recording.name, findings=findings)
+
+    def padded(first: float, column: Signal) -> Signal:
+        return np.concatenate([np.full(start, first), column])
+
+    return Track(
+        recording.t,
+        padded(0.0, height),
+        padded(0.0, velocity),
+        padded(float(height_sd[0]), height_sd),
+        padded(float(velocity_sd[0]), velocity_sd),
+        padded(0.0, found.acceleration),
+        preset=preset,
+        name=recording.name,
+        findings=findings,
+    )
 
 
 def _checked(dt: float) -> float:

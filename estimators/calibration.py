@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.atmosphere import STANDARD_GRAVITY
-from baroarma.estimators.strapdown import quasi_static
+from baroarma.estimators.strapdown import periods, quasi_static
 from baroarma.recording import Recording
 
 Signal = NDArray[np.float64]
@@ -126,7 +126,7 @@ def calibrate(recording: Recording) -> Calibration:
         return np.asarray(weights * (np.linalg.norm(force, axis=1) - STANDARD_GRAVITY))
 
     found = least_squares(misfit, np.array([1.0, 1, 1, 0, 0, 0]), x_scale=np.array([0.01] * 3 + [0.1] * 3))
-    sd = _sds(found.jac, found.fun)
+    sd = _sds(np.asarray(found.jac, float), found.fun)
     if not np.all(sd[:3] < LARGEST_SD):
         raise ValueError(
             f"the {len(rests)} rests are too alike to tell scale from offset; turn the device so that each "
@@ -163,9 +163,7 @@ def _rests(recording: Recording) -> list[_Rest]:
     if len(t) < 2:
         raise ValueError(f"{recording.name or 'the recording'} has no complete IMU sample to calibrate with")
     static = quasi_static(t, accel, gyro)
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], static, [False])).astype(int)))
-    spans = zip(edges[::2], edges[1::2], strict=True)
-    return [_rest(accel[a:b], gyro[a:b]) for a, b in spans if t[b - 1] - t[a] >= SHORTEST_REST]
+    return [_rest(accel[a:b], gyro[a:b]) for a, b in periods(static) if t[b - 1] - t[a] >= SHORTEST_REST]
 
 
 def _rest(accel: Signal, gyro: Signal) -> _Rest:

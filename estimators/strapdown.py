@@ -22,11 +22,13 @@ from baroarma.track import Track
 
 Signal = NDArray[np.float64]
 WINDOW: Final = 0.5
-"""Seconds over which an instant must be quiet to be quasi-static."""
+"""Seconds over which an instant must be quiet to be quasi-static; the longest rest lasts as long at least."""
 QUIET_ACCELERATION: Final = 0.15
 """Largest sd of the specific force's modulus in the window, m/s²."""
 QUIET_RATE: Final = 0.1
 """Largest rms angular rate in the window, rad/s."""
+SHORTEST_REST: Final = 0.1
+"""Seconds that a quasi-static period must last: the window around each of its instants is quiet besides."""
 VELOCITY_SD: Final = 0.1
 """Sd of the velocity in motion, m/s [SG14, Sec. 4, of the method's own validation]."""
 REST_SD: Final = 0.01
@@ -57,16 +59,15 @@ def bourke_track(recording: Recording) -> Track:
     assert recording.gyro is not None
     t = recording.t
     accel, gyro = (_without_gaps(t, signal) for signal in (recording.accel, recording.gyro))
-    static = quasi_static(t, accel, gyro)
+    static, gravity = _rests(t, accel, gyro)
     if not static.any():
         raise ValueError(
             f"{recording.name or 'the recording'} has no quasi-static period, between which bourke08 works; "
             "take an on-line preset"
         )
-    gravity = float(np.linalg.norm(accel[static], axis=1).mean())
-    gyro = gyro - gyro[static].mean(axis=0)
+    gyro = gyro - np.median(gyro[static], axis=0)
     acceleration, velocity = np.zeros(len(t)), np.zeros(len(t))
-    for start, stop in _dynamic_periods(static):
+    for start, stop in periods(~static):
         before, after = _vertical(accel, static, start - 1, -1), _vertical(accel, static, stop, +1)
         rows = slice(max(start - 1, 0), min(stop + 1, len(t)))
         up = _carry(t[rows], gyro[rows], before, after)
@@ -97,11 +98,49 @@ def _between_rests(t: Signal, acceleration: Signal, from_rest: bool, to_rest: bo
 
 def quasi_static(t: Signal, accel: Signal, gyro: Signal) -> NDArray[np.bool_]:
     """Return where the device is quasi-static, (n,): quiet over the whole window around the instant."""
-    half = max(1, round(0.5 * WINDOW / float(np.median(np.diff(t)))))
+    half = _half_window(t)
     modulus = np.linalg.norm(accel, axis=1)
     spread = _moving_mean(modulus**2, half) - _moving_mean(modulus, half) ** 2
     rate = _moving_mean(np.sum((gyro - np.median(gyro, axis=0)) ** 2, axis=1), half)
     return (spread < QUIET_ACCELERATION**2) & (rate < QUIET_RATE**2)
+
+
+def _rests(t: Signal, accel: Signal, gyro: Signal) -> tuple[NDArray[np.bool_], float]:
+    """Return where there is rest, and the modulus of the specific force there.
+
+    The turning points of a squat are quiet, too, and so is its gentle start, but there the force is not that
+    of the longest rest (its median: a rest may have a gentle end).
+    """
+    static = _long_enough(t, quasi_static(t, accel, gyro))
+    longest = max(periods(static), key=lambda rest: t[rest[1] - 1] - t[rest[0]], default=(0, 1))
+    if t[longest[1] - 1] - t[longest[0]] < WINDOW:
+        return np.zeros(len(t), np.bool_), 0.0
+    modulus = np.linalg.norm(accel, axis=1)
+    gravity = float(np.median(modulus[slice(*longest)]))
+    still = np.abs(_moving_mean(modulus, _half_window(t)) - gravity) < QUIET_ACCELERATION
+    return _long_enough(t, static & still), gravity
+
+
+def _long_enough(t: Signal, static: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    for start, stop in periods(static):
+        static[start:stop] = t[stop - 1] - t[start] >= SHORTEST_REST
+    return static
+
+
+def periods(which: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return first row and row after the last of each run of True.
+
+    Examples
+    --------
+    >>> periods(np.array([True, False, True, True]))
+    [(0, 1), (2, 4)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], which, [False])).astype(int)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _half_window(t: Signal) -> int:
+    return max(1, round(0.5 * WINDOW / float(np.median(np.diff(t)))))
 
 
 def _moving_mean(x: Signal, half: int) -> Signal:
@@ -110,11 +149,6 @@ def _moving_mean(x: Signal, half: int) -> Signal:
     low = np.maximum(np.arange(len(x)) - half, 0)
     high = np.minimum(np.arange(len(x)) + half + 1, len(x))
     return np.asarray((total[high] - total[low]) / (high - low))
-
-
-def _dynamic_periods(static: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([True], static, [True])).astype(int)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _vertical(accel: Signal, static: NDArray[np.bool_], row: int, direction: int) -> Signal | None:
@@ -131,7 +165,7 @@ def _carry(t: Signal, gyro: Signal, before: Signal | None, after: Signal | None)
     """Carry the vertical (body axes) through a period; spread what it misses at the end."""
     if before is None:
         assert after is not None
-        return _rotate(-t[::-1], gyro[::-1], after, np.zeros(3))[::-1]
+        return _rotate(-t[::-1], -gyro[::-1], after, np.zeros(3))[::-1]
     if after is None:
         return _rotate(t, gyro, before, np.zeros(3))
     end = _rotate(t, gyro, before, np.zeros(3))[-1]
@@ -160,7 +194,10 @@ def _turn(v: Signal, rotation: Signal) -> Signal:
     if angle < 1e-12:
         return v.copy()
     k = rotation / angle
-    return v * np.cos(angle) + np.cross(k, v) * np.sin(angle) + k * np.sum(k * v) * (1 - np.cos(angle))
+    turned: Signal = (
+        v * np.cos(angle) + np.cross(k, v) * np.sin(angle) + k * np.sum(k * v) * (1 - np.cos(angle))
+    )
+    return turned
 
 
 def _integral(t: Signal, x: Signal) -> Signal:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -87,7 +86,7 @@ class Identification:
     @property
     def minutes_wanting(self) -> float | None:
         """How many more minutes would bring the correlation time's half-width to 10 %; None without one."""
-        return self.model and minutes_wanting(self.model, self.recording.duration)
+        return None if self.model is None else minutes_wanting(self.model, self.recording.duration)
 
     def samples(self) -> tuple[Signal, Signal]:
         """Return times (s) and heights (m) of the barometer's new samples."""
@@ -312,6 +311,6 @@ def whiteness(residuals: Signal) -> dict[str, float]:
     }
 
 
-def _source(rest: Recording) -> Mapping[str, Any]:
+def _source(rest: Recording) -> dict[str, Any]:
     source = rest.source or {"name": rest.name, "sha256": None}
     return {**source, "duration_s": rest.duration}

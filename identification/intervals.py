@@ -1,11 +1,12 @@
 """95 % intervals of a structural fit.
 
 Parameters that the model has: Wald intervals on the log scale from the observed information, which keeps
-them positive.  The drift's log-likelihood is far from a parabola near 0, so its interval is where the profile
-likelihood (all other parameters refitted) lies within chi²(0.95)/2 of the maximum.  A term that the model
-lacks gets [0, upper], the upper end from the profile likelihood of the model with that term added; for a
-Gauss-Markov term, over correlation times from two sampling intervals to a tenth of the log: shorter ones
-can't be told from white noise, longer ones not from drift.
+them positive; [0, upper] for an sd that was asked for but vanishes.  The drift's log-likelihood is far from a
+parabola near 0, so its interval is where the profile likelihood (all other parameters refitted) lies within
+chi²(0.95)/2 of the maximum.  A term that the model lacks gets [0, upper], the upper end from the profile
+likelihood of the model with that term added; for a Gauss-Markov term, over correlation times from two
+sampling intervals to a tenth of the log: shorter ones can't be told from white noise, longer ones not from
+drift.
 """
 
 from __future__ import annotations
@@ -47,17 +48,18 @@ def intervals(problem: Problem, fit: StructuralFit) -> dict[str, Interval]:
     profile = _Profile(problem, fit)
     found = {}
     for j in fit.free:
-        if _NAMES[j] == "drift_rate":
-            found[_NAMES[j]] = profile.limit(j, -1, sd[j]), profile.limit(j, +1, sd[j])
-        elif fit.theta[j] <= 1.01 * profile.low[j] and _NAMES[j] != "correlation_time":
-            found[_NAMES[j]] = 0.0, profile.limit(j, +1, sd[j])  # asked for, but not in the data
+        name = _NAMES[j]
+        if name == "drift_rate":
+            found[name] = profile.limit(j, -1, sd[j]), profile.limit(j, +1, sd[j])
+        elif name != "correlation_time" and fit.theta[j] <= 1.01 * profile.low[j]:
+            found[name] = 0.0, profile.limit(j, +1, sd[j])  # asked for, but not in the data
         else:
-            found[_NAMES[j]] = _log_interval(float(fit.theta[j]), float(sd[j]))
+            found[name] = _log_interval(float(fit.theta[j]), float(sd[j]))
     for term in TERM_ORDER:
         if term not in fit.terms:
-            found[_NAMES[free_parameters((term,))[0]]] = (0.0, _upper_if_added(problem, fit, term))
+            found[_NAMES[free_parameters((term,))[0]]] = 0.0, _upper_if_added(problem, fit, term)
     if "gm" not in fit.terms:
-        found["correlation_time"] = (0.0, problem.duration / 10)
+        found["correlation_time"] = 0.0, problem.duration / 10
     return found
 
 

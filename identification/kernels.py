@@ -159,7 +159,7 @@ def _make_likelihood(components: int) -> Callable[..., Any]:
                 information[m, j] = information[j, m]
         return total, gradient, information
 
-    return likelihood  # type: ignore[no-any-return]
+    return likelihood
 
 
 LIKELIHOODS = tuple(_make_likelihood(components) for components in range(3))

@@ -101,7 +101,9 @@ def pool(models: Sequence[NoiseModel]) -> NoiseModel:
     if not models:
         raise ValueError("there is no model to pool; give at least one")
     models = [model.at_rate(models[0].rate_hz) for model in models]
-    values, ci95, disagree = {}, {}, []
+    values: dict[str, Any] = {}
+    ci95: dict[str, Interval] = {}
+    disagree = []
     for name in PARAMETERS:
         # both Gauss-Markov parameters come from the same models
         key = "correlated_sd" if name == "correlation_time" else name

@@ -57,7 +57,7 @@ def _structure_function(problem: Problem) -> tuple[Signal, Signal, Signal]:
     lags, differences, weight = np.empty((3, len(steps)))
     for i, k in enumerate(steps):
         lags[i] = np.mean(problem.t[k:] - problem.t[:-k])
-        differences[i] = max(np.mean((problem.y[k:] - problem.y[:-k]) ** 2), 1e-24)
+        differences[i] = max(float(np.mean((problem.y[k:] - problem.y[:-k]) ** 2)), 1e-24)
         weight[i] = math.sqrt(n / k) / differences[i]
     return lags, differences, weight
 
@@ -65,7 +65,7 @@ def _structure_function(problem: Problem) -> tuple[Signal, Signal, Signal]:
 def _from_variances(problem: Problem, terms: Terms, variances: Signal, tau: float) -> Signal:
     """Arrange the structure function's variances as theta, none so small that scoring could not move it."""
     floor = 1e-3 * float(np.var(problem.y)) + 1e-24
-    order = [term for term in terms if term in ("white", "drift")] + (["gm"] if "gm" in terms else [])
+    order = sorted(terms, key=lambda term: term == "gm")  # the Gauss-Markov term stands last
     theta = np.zeros(4 if "gm" in terms else 2)
     for term, variance in zip(order, variances, strict=True):
         least = floor / problem.duration if term == "drift" else floor

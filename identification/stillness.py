@@ -64,7 +64,8 @@ def _turning_seconds(start: Signal, gyro: Signal | None) -> Signal:
     seconds, off = _off_median(start, gyro)
     second, which, count = np.unique(seconds, return_inverse=True, return_counts=True)
     rms = np.sqrt(np.bincount(which, np.sum(off**2, axis=1)) / count)
-    return second[rms > TURNING]
+    turning: Signal = second[rms > TURNING]
+    return turning
 
 
 def _tilting_seconds(start: Signal, accel: Signal | None) -> Signal:
@@ -72,7 +73,8 @@ def _tilting_seconds(start: Signal, accel: Signal | None) -> Signal:
     seconds, off = _off_median(start, accel)
     second, which, count = np.unique(seconds, return_inverse=True, return_counts=True)
     means = [np.bincount(which, axis) / count for axis in off.T]
-    return second[np.linalg.norm(means, axis=0) > TILTING]
+    tilting: Signal = second[np.linalg.norm(means, axis=0) > TILTING]
+    return tilting
 
 
 def _off_median(start: Signal, signal: Signal | None) -> tuple[Signal, Signal]:

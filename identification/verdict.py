@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.atmosphere import metres_per_pascal
-from baroarma.finding import Finding
+from baroarma.finding import Finding, Severity
 from baroarma.identification.stillness import judge_stillness
 from baroarma.noise_model import NoiseModel
 from baroarma.recording import Recording
@@ -199,7 +199,7 @@ def _gaps(t: Signal) -> list[Finding]:
     if not len(gaps):
         return []
     lost = float(gaps.sum() - len(gaps) * usual)
-    severity = "warning" if lost > 0.05 * (t[-1] - t[0]) else "info"
+    severity: Severity = "warning" if lost > 0.05 * (t[-1] - t[0]) else "info"
     plural = "s" if len(gaps) > 1 else ""
     message = (
         f"{len(gaps)} gap{plural}, the longest {gaps.max():.3g} s, {lost:.3g} s lost in all; "

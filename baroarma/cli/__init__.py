@@ -9,7 +9,6 @@ The modules behind the commands import what they need when they run, so that ``-
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 
@@ -20,6 +19,7 @@ from baroarma.cli.calibrate import calibrate
 from baroarma.cli.common import Refusal
 from baroarma.cli.compare import compare
 from baroarma.cli.demo import demo
+from baroarma.cli.experiment import experiment
 from baroarma.cli.identify import identify
 from baroarma.cli.simulate import simulate
 from baroarma.cli.track import track
@@ -39,7 +39,7 @@ def cli(context: click.Context) -> None:
         raise click.UsageError("give a command, such as identify", context)
 
 
-for command in (identify, whiten, track, compare, calibrate, simulate, demo):
+for command in (identify, whiten, track, compare, calibrate, simulate, experiment, demo):
     cli.add_command(command)
 
 
@@ -69,8 +69,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _fail(f"{error.format_message().rstrip('.')}; see {command} --help", 2)
     except click.ClickException as error:
         return _fail(error.format_message(), 2)
-    except BrokenPipeError:  # the reader of our output has gone, as `head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except SystemExit:  # click's answer when the reader of our output has gone, as `head` does
         return 0
     except OSError as error:
         return _fail(f"{error.filename or 'the system'}: {error.strerror or error}", 2)

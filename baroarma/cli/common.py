@@ -17,16 +17,15 @@ F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
 
 
-class OutputFile(click.ParamType):
+class OutputFile(click.Path):
     """A file to write, refused before any work is done if that can't succeed."""
 
-    name = "file"
+    def __init__(self) -> None:
+        super().__init__(dir_okay=False)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the path, or fail with a sentence."""
-        path = Path(value)
-        if path.is_dir():
-            self.fail(f"{path} is a folder; name a file in it", param, ctx)
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if not path.parent.is_dir():
             self.fail(f"{path}: there is no folder {path.parent}; make it first", param, ctx)
         if not os.access(path.parent, os.W_OK):

@@ -2,39 +2,104 @@
 
 from __future__ import annotations
 
+import inspect
+import json
+from typing import Any
+
 import click
 
 from baroarma.cli.common import OutputFile, json_option, print_json, say
 
 
-@click.command(short_help="Simulate a recording with its truth.")
+class Listing(click.Command):
+    """A command whose help lists the motions and the devices, looked up only when asked."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the lists."""
+        from baroarma.simulation import DEVICES, MOTIONS, options_of
+
+        with formatter.section("Motions, with their options for --set"):
+            formatter.write_dl([(name, _described(MOTIONS[name], options_of(name))) for name in MOTIONS])
+        with formatter.section("Devices"):
+            formatter.write_text(", ".join(DEVICES))
+
+
+@click.command(cls=Listing, short_help="Simulate a recording with its truth.")
 @click.argument("motion")
 @click.option("--out", required=True, type=OutputFile(), help="CSV, .csv.gz or .parquet to write.")
 @click.option("--seed", type=click.IntRange(min=0), help="For the same numbers again.")
-@click.option("--duration", type=float, metavar="S", help="Length; default: 600 at rest, 180 in motion.")
-@click.option("--rate", type=float, default=50.0, show_default=True, metavar="HZ", help="Sampling rate.")
+@click.option(
+    "--duration",
+    type=float,
+    metavar="S",
+    help="Length; default: 600 at rest, else until the motion has ended, or 180.",
+)
+@click.option("--rate", type=float, default=50.0, show_default=True, metavar="HZ", help="Rate of the rows.")
+@click.option(
+    "--device", default="simple", show_default=True, metavar="NAME", help="Whose sensors; see below."
+)
 @click.option(
     "--imu/--no-imu", default=True, show_default=True, help="With accelerometer and gyro or without."
 )
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="OPTION=VALUE",
+    help="Set an option of the motion, such as speed=0.5 (repeatable).",
+)
 @json_option
 def simulate(
-    motion: str, out: str, seed: int | None, duration: float | None, rate: float, imu: bool, as_json: bool
+    motion: str,
+    out: str,
+    seed: int | None,
+    duration: float | None,
+    rate: float,
+    device: str,
+    imu: bool,
+    settings: tuple[str, ...],
+    as_json: bool,
 ) -> None:
-    """Simulate MOTION as the device of Sabatini & Genovese would record it.
+    """Simulate MOTION as the sensors of a device would record it.
 
-    Motions: rest, squat.
+    Every motion begins with 5 s of rest.
     """
     from baroarma.formats import write_csv
-    from baroarma.simulation import WIMU
     from baroarma.simulation import simulate as simulate_motion
 
-    if duration is None:
-        duration = 600.0 if motion == "rest" else 180.0
-    if not (rate > 0 and 1 <= duration * rate <= 1e9):
-        raise click.UsageError(f"{duration:g} s at {rate:g} Hz make no recording; both must be positive")
-    recording = simulate_motion(motion, duration=duration, rate_hz=rate, imu=WIMU if imu else None, seed=seed)
+    if duration is None and motion == "rest":
+        duration = 600.0
+    recording = simulate_motion(
+        motion,
+        duration=duration,
+        rate_hz=rate,
+        device=device,
+        seed=seed,
+        **({} if imu else {"imu": None}),
+        **_options(settings),
+    )
     write_csv(recording, out)
     if as_json:
         print_json({"motion": motion, "out": out, "rows": len(recording), "seed": seed})
     else:
         say(f"{recording!r} -> {out}")
+
+
+def _options(settings: tuple[str, ...]) -> dict[str, Any]:
+    """Read OPTION=VALUE, the value as JSON writes numbers and lists."""
+    options = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        try:
+            options[name] = json.loads(value)
+        except json.JSONDecodeError as error:
+            raise click.UsageError(
+                f"--set takes OPTION=VALUE with a number or a list such as [1.5, 0], but got {setting!r}"
+            ) from error
+    return options
+
+
+def _described(motion: Any, options: dict[str, Any]) -> str:
+    first = (inspect.getdoc(motion) or "").partition("\n")[0]
+    values = ", ".join(f"{name}={json.dumps(value)}" for name, value in options.items())
+    return f"{first}  {values}".rstrip()

@@ -112,8 +112,9 @@ def load_noise(path: str | None) -> NoiseModel | None:
 
 
 def _document(found: Track) -> dict[str, Any]:
+    columns = {str(name): column.tolist() for name, column in found.to_frame().items()}
     findings = [finding.to_dict() for finding in found.findings]
-    return {"preset": found.preset, "findings": findings, **found.to_frame().to_dict(orient="list")}
+    return {"preset": found.preset, "findings": findings, **columns}
 
 
 def _live(tracker: Tracker) -> None:

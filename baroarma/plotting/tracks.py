@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -91,7 +91,10 @@ def plot_traces(comparison: Comparison, ax: Axes, quantity: str) -> Axes:
         values = getattr(row.track, quantity)
         if quantity == "height":
             values = values - values[recording.t < recording.t[0] + ZEROED_OVER].mean()
-        style = {"color": COLOURS[i % len(COLOURS)], "linestyle": STYLES[i // len(COLOURS) % len(STYLES)]}
+        style: dict[str, Any] = {
+            "color": COLOURS[i % len(COLOURS)],
+            "linestyle": STYLES[i // len(COLOURS) % len(STYLES)],
+        }
         ax.plot(*envelope(recording.t, values), linewidth=1.0, label=row.preset, **style)
     found = reference_at(recording, recording.t, comparison.reference_lag)
     if found is not None:

@@ -1,94 +1,153 @@
-"""True motions: height and tilt over time, and from them what ideal inertial sensors feel.
+"""True motions by name, and what a sensor mounted at random on the moving body would ideally feel.
 
-A motion is a height h(t) and a tilt angle about a horizontal body axis, both analytic, so that velocity,
-acceleration and angular rate are exact.  The sensor is mounted at random on the body.
+Every motion begins with `REST_BEFORE` seconds of rest, is exact at any instant (`baroarma.simulation.jet`) and
+has a continuous acceleration.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from baroarma.atmosphere import STANDARD_GRAVITY
+from baroarma.simulation.apparatus import REST_BEFORE, circle, free_fall, lift, rest
+from baroarma.simulation.human import squat, stairs, walk
+from baroarma.simulation.lee16 import lee16_a, lee16_b, lee16_c, lee16_d, lee16_e
+from baroarma.simulation.pose import Pose, Truth, observe
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["DURATIONS", "MOTIONS", "REST_BEFORE", "MountedMotion", "Truth", "mount", "move", "options_of"]
 
 Signal = NDArray[np.float64]
-REST_BEFORE: Final = 5.0
-"""Rest at the start of every motion, s."""
+MOTIONS: Final[dict[str, Callable[..., Pose]]] = {
+    "rest": rest,
+    "free-fall": free_fall,
+    "circle": circle,
+    "squat": squat,
+    "stairs": stairs,
+    "lift": lift,
+    "walk": walk,
+    "lee16-a": lee16_a,
+    "lee16-b": lee16_b,
+    "lee16-c": lee16_c,
+    "lee16-d": lee16_d,
+    "lee16-e": lee16_e,
+}
+"""Motions by the name that users type."""
+DURATIONS: Final = {
+    "free-fall": 20.0,
+    "lee16-a": 50.0,
+    "lee16-b": 50.0,
+    "lee16-c": 45.0,
+    "lee16-d": 45.0,
+    "lee16-e": 45.0,
+}
+"""How long a recording of a motion that ends is by default, s; of the others: 180."""
+MAY_BE_ZERO: Final = ("tilt", "swings", "sway", "lean", "bounce", "tumble", "pause", "levels")
+"""Options without which there is still a motion; levels may also be negative."""
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
-    """Hold the true motion of a sensor at times t (n,).
+class MountedMotion:
+    """Hold a motion with its options and the way the sensor sits on the body; call it with times.
 
     Parameters
     ----------
-    t, height, velocity : ndarray, shape (n,)
-        s, m and m/s, up; height relative to the start.
-    attitude : ndarray, shape (n, 4)
-        Quaternions body to world, scalar last.
-    force, rate : ndarray, shape (n, 3)
-        Specific force (m/s²) and angular rate (rad/s) in body axes.
+    motion : str
+        One of `MOTIONS`.
+    mounting : scipy.spatial.transform.Rotation
+        Turns the sensor's axes into the body's.
+    options : mapping
+        Of the motion.
     """
 
-    t: Signal
-    height: Signal
-    velocity: Signal
-    attitude: Signal
-    force: Signal
-    rate: Signal
+    motion: str
+    mounting: Rotation
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def __call__(self, t: Signal) -> Truth:
+        """Return the truth at times t (n,) in s, in any order; before 0 there is rest."""
+        return observe(t, MOTIONS[self.motion](t, **self.options), self.mounting)
 
 
-def rest(t: Signal) -> tuple[Signal, ...]:
-    """Return height, velocity, acceleration, tilt and tilt rate of no motion."""
-    return (np.zeros_like(t),) * 5
+def mount(motion: str, rng: np.random.Generator, **options: Any) -> MountedMotion:
+    """Mount a sensor at random on a moving body.
 
-
-def squat(t: Signal, *, depth: float = 0.60, period: float = 4.0, tilt: float = 0.4) -> tuple[Signal, ...]:
-    """Return the trunk's motion in squats: down and up by `depth` (m), leaning by `tilt` (rad) with it.
-
-    The depth is SG14's (Sec. 3.4, printed); period and tilt are chosen by us.
-    """
-    # the pace S rises smoothly over the first period, so that no sample sees a jump of acceleration
-    w = 2 * np.pi / period
-    since = np.maximum(t - REST_BEFORE, 0.0)
-    u = np.minimum(since / period, 1.0)
-    pace, change = w * u**2 * (3 - 2 * u), w / period * 6 * u * (1 - u)
-    phase = w * (period * (u**3 - u**4 / 2) + np.maximum(since - period, 0.0))
-    down, speed = (1 - np.cos(phase)) / 2, pace * np.sin(phase) / 2
-    acceleration = (change * np.sin(phase) + pace**2 * np.cos(phase)) / 2
-    return -depth * down, -depth * speed, -depth * acceleration, tilt * down, tilt * speed
-
-
-MOTIONS: Final[dict[str, Callable[[Signal], tuple[Signal, ...]]]] = {"rest": rest, "squat": squat}
-"""Motions by the name that users type."""
-
-
-def move(motion: str, t: Signal, rng: np.random.Generator) -> Truth:
-    """Return the true motion of a sensor mounted at random.
+    Parameters
+    ----------
+    motion : str
+        One of `MOTIONS`.
+    rng : numpy.random.Generator
+        For the mounting.
+    **options
+        Of the motion; see `options_of`.
 
     Raises
     ------
     ValueError
-        If the motion is unknown; the message lists those there are.
+        If the motion or an option is unknown, or a value can't be; the message lists those there are.
     """
     from scipy.spatial.transform import Rotation
 
+    known = options_of(motion)
+    for name, value in options.items():
+        if name not in known:
+            raise ValueError(f"motion {motion!r} has no option {name!r}; {_listed(known)}")
+        _check(motion, name, value, known[name])
+    return MountedMotion(motion, Rotation.random(rng=rng), options)
+
+
+def move(motion: str, t: Signal, rng: np.random.Generator, **options: Any) -> Truth:
+    """Return the true motion, at times t (n,) in s, of a sensor mounted at random; see `mount`.
+
+    Examples
+    --------
+    >>> truth = move("circle", np.array([0.0, 100.0]), np.random.default_rng(1), frequency_hz=1.25)
+    >>> float(np.linalg.norm(truth.rate[1])) / (2 * np.pi)
+    1.25
+    """
+    return mount(motion, rng, **options)(t)
+
+
+def options_of(motion: str) -> dict[str, Any]:
+    """Return the options of a motion with their defaults.
+
+    Raises
+    ------
+    ValueError
+        If the motion is unknown.
+
+    Examples
+    --------
+    >>> options_of("circle")
+    {'frequency_hz': 0.5, 'arm': 0.3, 'rise': 2.0}
+    """
     if motion not in MOTIONS:
         raise ValueError(f"motion {motion!r} is unknown; choose one of {', '.join(sorted(MOTIONS))}")
-    height, velocity, acceleration, tilt, tilt_rate = MOTIONS[motion](t)
-    mounting = Rotation.random(rng=rng)
-    world = Rotation.from_rotvec(np.outer(tilt, (0.0, 1.0, 0.0)))  # the lean, before the mounting
-    attitude = world * mounting
-    up = np.outer(acceleration + STANDARD_GRAVITY, (0.0, 0.0, 1.0))
-    return Truth(
-        t=t,
-        height=height,
-        velocity=velocity,
-        attitude=attitude.as_quat(),
-        force=attitude.inv().apply(up),
-        rate=attitude.inv().apply(np.outer(tilt_rate, (0.0, 1.0, 0.0))),
-    )
+    parameters = inspect.signature(MOTIONS[motion]).parameters.values()
+    return {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY}
+
+
+def _listed(options: Mapping[str, Any]) -> str:
+    return f"it has {', '.join(options)}" if options else "it has none"
+
+
+def _check(motion: str, name: str, value: Any, default: Any) -> None:
+    """Refuse what is no number, or makes no motion."""
+    wanted, good = "a number", isinstance(value, int | float)
+    if isinstance(default, tuple):
+        wanted, good = "a list of numbers", np.ndim(value) == 1 and np.asarray(value).dtype.kind in "if"
+    elif isinstance(default, int) or name == "count":
+        wanted, good = "a whole number", value is default or isinstance(value, int)
+    if good and value is not default:
+        zero = name in MAY_BE_ZERO
+        good = bool(np.isfinite(value).all()) and (name == "levels" or value > 0 or (zero and value == 0))
+        wanted += "" if name == "levels" else " that is not negative" if zero else " above 0"
+    if not good:
+        raise ValueError(f"{name} of the motion {motion!r} must be {wanted}, but it is {value!r}")

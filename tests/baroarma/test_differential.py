@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from baroarma.atmosphere import altitude_pressure
-from baroarma.differential import LONGEST_LAG, difference_noise, find_lag
+from baroarma.clocks import LONGEST_LAG, find_lag
+from baroarma.differential import difference_noise
 from baroarma.noise_model import NoiseModel
 from baroarma.recording import Recording
 
@@ -20,7 +21,10 @@ def pair(seed, *, duration=600.0, offset=3.2, noise=MOVING, reference_noise=STIL
     rng = np.random.default_rng(seed)
     grid = np.arange(-40, duration + 40, 0.02)
     weather = np.cumsum(rng.normal(0, DRIFT * 0.02**0.5, len(grid)))
-    t, still_t = np.arange(0, duration, 1 / noise.rate_hz), np.arange(0, duration, 1 / reference_noise.rate_hz)
+    t, still_t = (
+        np.arange(0, duration, 1 / noise.rate_hz),
+        np.arange(0, duration, 1 / reference_noise.rate_hz),
+    )
     truth = climb * np.clip((t - 200) / 60, 0, 1)
     own = truth + np.interp(t, grid, weather) + noise.simulate(t, rng)
     other = np.interp(still_t, grid, weather) + reference_noise.simulate(still_t, rng)

@@ -119,7 +119,8 @@ def test_every_preset_tracks_real_hand_motions_and_a_ride(preset, hand_motions, 
         recording = recording.between(0, 4) if preset in SLOW else recording
         track = Tracker.preset(preset).run(recording)
         assert len(track) == len(recording)
-        assert track.height[0] == track.velocity[0] == 0
+        assert track.height[0] == 0
+        assert preset == "bourke08" or track.velocity[0] == 0  # off-line, it knows a hand that already moves
         # hand motions of 0.3 m; Tanigawa's 1 m takes a tilted accelerometer for motion
         assert np.abs(track.height).max() < 4
     ride = elevator.between(0, 9) if preset in SLOW else elevator
@@ -134,14 +135,6 @@ def test_the_elevator_comes_back_to_its_floor(preset, elevator):
     # filters' memory of a mistaken acceleration is a second or two: 2.5 m
     assert track.height[top].mean() - track.height[bottom].mean() == pytest.approx(80.8, abs=2.5)
     assert track.height[track.t > 104.5].mean() - track.height[bottom].mean() == pytest.approx(-0.17, abs=2.5)
-
-
-def test_an_alignment_while_walking_is_named(elevator):
-    codes = [
-        [f.code for f in Tracker.preset("sg14-a").run(elevator.between(*cut)).findings]
-        for cut in ((0, 20), (9, 20))
-    ]
-    assert codes == [[], ["not-at-rest"]]
 
 
 def test_the_elevators_streams_give_the_same_numbers_on_line(elevator):
@@ -160,13 +153,6 @@ def test_a_saved_tracker_goes_on_exactly(preset, squat, tmp_path):
         tracker.save(file)
         there = steps(Tracker.load(file), squat, range(stop, stop + 100))
         assert there == steps(tracker, squat, range(stop, stop + 100))
-
-
-def test_step_goes_on_where_run_ended(squat):
-    whole = Tracker.preset("sg14-b").run(squat)
-    tracker = Tracker.preset("sg14-b")
-    tracker.run(squat.rows(slice(400)))
-    agree(whole, steps(tracker, squat, range(400, len(squat))), first=400)
 
 
 def test_a_file_that_holds_no_tracker_is_refused_in_a_sentence(tmp_path):
@@ -331,11 +317,6 @@ def test_own_settings_replace_the_presets_and_show_in_the_name(squat):
     assert not np.allclose(track.height, Tracker.preset("sg14-a").run(squat).height)
 
 
-def test_a_preset_that_lives_on_noise_says_when_it_took_the_default(squat):
-    assert [f.code for f in Tracker().run(squat).findings] == ["default-noise"]
-    assert not Tracker(noise=BMP085.noise).run(squat).findings
-
-
 def test_recordings_that_can_not_be_tracked_are_refused_in_a_sentence(squat):
     with pytest.raises(ValueError, match=r"lasts 0\.48 s, all of it needed to align"):
         Tracker().run(squat.rows(slice(25)))
@@ -349,11 +330,6 @@ def test_recordings_that_can_not_be_tracked_are_refused_in_a_sentence(squat):
     steps(tracker, squat, range(3))
     with pytest.raises(ValueError, match=r"time since the previous sample .* it is -1"):
         tracker.step(dt=-1, pressure=1e5, accel=squat.accel[3], gyro=squat.gyro[3])
-
-
-def test_a_barometer_that_comes_late_is_named():
-    findings = Tracker(noise=BMP085.noise).run(awkward("late")).findings
-    assert [f.code for f in findings if f.severity == "warning"] == ["late-barometer"]
 
 
 def spoilt(recording, how):

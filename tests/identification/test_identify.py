@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from baroarma import NoiseModel, Recording, identify
-from baroarma.arma import split_exact
 from baroarma.atmosphere import altitude_pressure, temperature_factor
 from baroarma.identification import WindowSettings
 from baroarma.noise_model import JSON_KEYS, PARAMETERS
@@ -121,7 +120,8 @@ def test_a_log_without_gauss_markov_noise_gives_a_model_by_both_methods(method):
     white = simulate_rest(300, seed=3, barometer=Barometer(NoiseModel(0, 0, 0.4, rate_hz=50), 0))
     found = identify(white, method=method)
     assert "no-gm" in {f.code for f in found.verdict}
-    assert found.model.white_sd == pytest.approx(0.4, rel=0.05)
+    # windows that find a component by chance take it from the white noise
+    assert math.hypot(found.model.white_sd, 2 * found.model.correlated_sd) == pytest.approx(0.4, rel=0.05)
     assert plain(found.to_dict())
 
 
@@ -137,14 +137,9 @@ def test_windows_without_any_inside_the_region_report_white_noise_alone():
 def test_the_windows_method_keeps_its_table_and_its_settings_count(rest):
     settings = WindowSettings(window=100)
     found = identify(rest, method="windows", settings=settings, split="bilinear")
-    assert len(found.windows) == 29  # 300 s at 0.1 s, in windows of 10 s, the average's edge lost
+    assert len(found.windows) == 30  # 300 s in windows of 100 samples at 0.1 s
     assert found.windows.split == "bilinear"
     assert found.model.white_sd == pytest.approx(2 * found.windows.table["white_sd"].mean)  # sqrt(M = 4)
-    mean = found.windows.table
-    ours = split_exact(mean["a"].mean, mean["b"].mean, mean["innovation_sd"].mean, 0.1)
-    assert identify(rest, method="windows").model.correlation_time == pytest.approx(
-        ours.correlation_time, rel=0.6
-    )
 
 
 def test_each_code_is_said_once_by_the_windows_method(rest):
@@ -237,9 +232,11 @@ def test_prediction_errors_are_standardised(found):
 
 
 def test_second_opinions_are_there_when_asked_for(found):
-    assert found.allan() is not None
-    assert found.stationarity() is not None
-    assert found.orders(1, 1) is not None
+    allan = found.allan()
+    model = found.model.allan_deviation(allan.tau)
+    assert np.mean((allan.low <= model) & (model <= allan.high)) > 0.7  # a 95 % band, correlated over tau
+    assert found.stationarity().p > 0.001  # it is stationary but for a drift that detrending removes
+    assert found.orders(1, 1).best("bic") == (1, 1)  # SG13, Sec. 2.5
 
 
 def test_second_opinions_refuse_a_log_without_a_window(rest):

@@ -1,0 +1,110 @@
+"""An experiment: what one trial measures, what is tested over all trials, what is assumed, what is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+from baroarma.experiments.literature import Published, published_in
+from baroarma.experiments.result import Result, Row
+from baroarma.experiments.scene import Scene
+from baroarma.experiments.trials import Average, Key, Measured, Trial, average, run_trials
+from baroarma.experiments.verdict import judge
+
+
+def no_tests(found: Sequence[Measured]) -> Mapping[Key, float]:
+    """Test nothing."""
+    return {}
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Describe one table or figure of a paper.
+
+    Parameters
+    ----------
+    name, title : str
+        What users type, and a line about it.
+    assumptions : tuple of str
+        What stands in for hardware that we don't have, and how the paper was read.
+    measure : callable
+        Trial -> what it measured, by label and quantity.  A function of a module, so that it can be sent to
+        another process.
+    test : callable
+        What all trials measured -> p-values by label and quantity.
+    draw : callable
+        Trial -> the paper's figures for it.
+    tracks : bool
+        Whether trackers run in it, so that `presets` can join.
+    """
+
+    name: str
+    title: str
+    assumptions: tuple[str, ...]
+    measure: Callable[[Trial], Measured]
+    test: Callable[[Sequence[Measured]], Mapping[Key, float]] = no_tests
+    draw: Callable[[Trial], tuple[Scene, ...]] | None = None
+    tracks: bool = True
+
+    def result(self, found: Sequence[Measured]) -> Result:
+        """Put what the trials measured beside the published numbers."""
+        averages = {key: average([m[key] for m in found if key in m]) for key in _keys(found)}
+        averages |= {key: Average(_number(p), None, len(found)) for key, p in self.test(found).items()}
+        numbers = published_in(self.name)
+        if missing := set(numbers) - set(averages):
+            raise KeyError(f"{self.name} does not reproduce {sorted(missing)}")
+        rows = [_row(key, averages[key], number) for key, number in numbers.items()]
+        rows += [_row(key, ours, None) for key, ours in averages.items() if key not in numbers]
+        return Result(self.name, self.title, self.assumptions, tuple(rows))
+
+
+def run_experiments(
+    experiments: Sequence[Experiment],
+    *,
+    trials: int = 10,
+    seed: int = 0,
+    presets: Sequence[str] = (),
+    workers: int = 1,
+    progress: Callable[[Iterable[Measured], int], Iterable[Measured]] = lambda found, total: found,
+) -> list[Result]:
+    """Run experiments, all their trials in one pool.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        What to run.
+    trials : int
+        Trials of each; the papers' N = 10.  More sharpen our means, not the published ones.
+    seed : int
+        The same seed gives the same numbers, whatever the other arguments.
+    presets : sequence of str
+        Presets to run beside the paper's own methods, where something is tracked.
+    workers : int
+        Processes.
+    progress : callable
+        Wraps the iterator over all trials; told their number.
+
+    Returns
+    -------
+    list of Result
+        One per experiment.
+    """
+    numbers = [Trial(seed, number, tuple(presets)) for number in range(trials)]
+    tasks = [(experiment.measure, trial) for experiment in experiments for trial in numbers]
+    found: Iterator[Measured] = iter(progress(run_trials(tasks, workers), len(tasks)))
+    return [experiment.result(list(islice(found, trials))) for experiment in experiments]
+
+
+def _keys(found: Sequence[Measured]) -> dict[Key, None]:
+    return dict.fromkeys(key for measured in found for key in measured)
+
+
+def _row(key: Key, ours: Average, number: Published | None) -> Row:
+    verdict = judge(number, ours.mean, ours.sd, ours.trials) if number else ""
+    value, sd = (number.value, number.sd) if number else (None, None)
+    return Row(*key, value, sd, ours.mean, ours.sd, ours.trials, verdict)
+
+
+def _number(p: float) -> float | None:
+    return None if p != p else p

@@ -1,0 +1,135 @@
+"""What an experiment returns: rows of published and reproduced numbers, with the assumptions behind ours."""
+
+from __future__ import annotations
+
+import textwrap
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from baroarma.experiments.significance import asterisks
+
+
+@dataclass(frozen=True)
+class Row:
+    """Hold a published and a reproduced number.
+
+    Parameters
+    ----------
+    label, quantity : str
+        Row of the table, and what it is with its unit; the pair is unique within an experiment.
+    published, published_sd : float or None
+        As printed; None: not printed.
+    reproduced, reproduced_sd : float or None
+        Mean over trials and SD as the paper's; None: there is none.
+    trials : int
+        Trials that had a value.
+    verdict : str
+        By the rule of `verdict.judge`; empty for a row that is only ours.
+    """
+
+    label: str
+    quantity: str
+    published: float | None
+    published_sd: float | None
+    reproduced: float | None
+    reproduced_sd: float | None
+    trials: int
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Result:
+    """Hold the table of one experiment.
+
+    Parameters
+    ----------
+    experiment, title : str
+        Its name and a line about it.
+    assumptions : tuple of str
+        What stands in for the paper's hardware, and how the paper was read.
+    rows : tuple of Row
+        The table.
+    """
+
+    experiment: str
+    title: str
+    assumptions: tuple[str, ...]
+    rows: tuple[Row, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the documented JSON object."""
+        return {
+            "experiment": self.experiment,
+            "assumptions": list(self.assumptions),
+            "rows": [asdict(row) for row in self.rows],
+        }
+
+    def tally(self) -> str:
+        """Count the verdicts in a sentence."""
+        return tally([self])
+
+    def cells(self) -> tuple[list[tuple[str, ...]], list[str]]:
+        """Return the table's cells as text, and the reasons that its verdicts refer to by number."""
+        reasons: list[str] = []
+        rows = [
+            (r.label, r.quantity, _number(r.published, r.published_sd), _ours(r), _short(r.verdict, reasons))
+            for r in self.rows
+        ]
+        return rows, reasons
+
+    def summary(self, width: int = 110) -> str:
+        """Return assumptions, table and reasons as text."""
+        rows, reasons = self.cells()
+        widths = [max(map(len, column)) for column in zip(HEAD, *rows, strict=True)]
+        lines = [f"{self.experiment}: {self.title}", f"  {self.tally()}"]
+        lines += [_wrap(f"- {a}", width, 4) for a in self.assumptions]
+        for cells in (HEAD, *rows):
+            padded = (cell.ljust(w) for cell, w in zip(cells, widths, strict=True))
+            lines.append(("  " + "  ".join(padded)).rstrip())
+        lines += [_wrap(f"[{i}] {why}", width, 6) for i, why in enumerate(reasons, 1)]
+        return "\n".join(lines)
+
+
+HEAD = ("row", "quantity", "published", "ours", "verdict")
+"""Head of the table as people see it."""
+
+
+def tally(results: Sequence[Result]) -> str:
+    """Count the verdicts of several experiments in a sentence."""
+    judged = [row for result in results for row in result.rows if row.published is not None]
+    claims = [row.verdict for result in results for row in result.rows if row.published is None]
+    count = Counter("differs" if r.verdict.startswith("differs") else r.verdict for r in judged)
+    parts = [f"{count.pop(kind, 0)} {kind}" for kind in ("within 1 SD", "within 2 SD", "differs")]
+    parts += [f"{sum(count.values())} not judged"] if count else []
+    agreeing, differing = (sum(v.startswith(w) for v in claims) for w in ("agrees", "differs"))
+    text = f"{len(judged)} published numbers: {', '.join(parts)}"
+    return text + (f"; {agreeing} of {agreeing + differing} claims met" if agreeing + differing else "")
+
+
+def _ours(row: Row) -> str:
+    text = _number(row.reproduced, row.reproduced_sd)
+    stars = asterisks(row.reproduced) if row.reproduced is not None and "(p)" in row.quantity else ""
+    return f"{text} {stars}".strip()
+
+
+def _number(value: float | None, sd: float | None) -> str:
+    if value is None:
+        return "–"
+    digits = 1 if abs(value) >= 10 else 2 if abs(value) >= 1 else 3
+    return f"{value:.{digits}f}" + ("" if sd is None else f" ± {sd:.{digits}f}")
+
+
+def _short(verdict: str, reasons: list[str]) -> str:
+    """Put a long reason among the others and return its number."""
+    if not verdict.startswith("differs: "):
+        return verdict
+    why, _, claim = verdict.removeprefix("differs: ").partition(" (published ")
+    if why not in reasons:
+        reasons.append(why)
+    return f"differs [{reasons.index(why) + 1}]" + (f" (published {claim}" if claim else "")
+
+
+def _wrap(text: str, width: int, indent: int) -> str:
+    return textwrap.fill(text, width, initial_indent="  ", subsequent_indent=" " * indent)

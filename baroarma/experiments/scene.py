@@ -1,0 +1,80 @@
+"""A figure of the papers, redrawn: time functions over the reference, the raw pressure altitude behind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baroarma.plotting.canvas import DATA, DRIFT, GAUSS_MARKOV, MODEL, WHITE, envelope, finish, ink, svg
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from matplotlib.axes import Axes
+
+Signal = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Hold what one figure shows.
+
+    Parameters
+    ----------
+    title, caption : str
+        Above and below it.
+    x, y : str
+        Labels of the axes, with units.
+    t : ndarray, shape (n,)
+        Abscissa.
+    lines : mapping of str to ndarray, shape (n,)
+        What is compared, by legend.
+    reference, raw : ndarray, shape (n,), optional
+        The truth over them; the raw pressure altitude behind them.
+    points : bool
+        Whether t are a few abscissae to be marked, on logarithmic axes.
+    """
+
+    title: str
+    caption: str
+    x: str
+    y: str
+    t: Signal
+    lines: Mapping[str, Signal]
+    reference: Signal | None = None
+    raw: Signal | None = None
+    points: bool = False
+
+    def draw(self, ax: Axes) -> Axes:
+        """Draw it."""
+        if self.raw is not None:
+            known = np.isfinite(self.raw)
+            ax.plot(*envelope(self.t[known], self.raw[known]), color=ink(), alpha=0.25, lw=0.6, label="raw")
+        colours = (DATA, MODEL, GAUSS_MARKOV, DRIFT, WHITE)
+        marks = "o^sdv"
+        for i, (label, values) in enumerate(self.lines.items()):
+            style = {"color": colours[i % 5], "label": label}
+            if self.points:
+                ax.plot(self.t, values, marks[i % 5], **style)
+            else:
+                ax.plot(*envelope(self.t, values), linewidth=1.1, linestyle=("-", "--", "-.")[i % 3], **style)
+        if self.reference is not None:
+            ax.plot(*envelope(self.t, self.reference), color=ink(), lw=1.6, alpha=0.6, label="reference")
+        if self.points:
+            ax.set_xscale("log", base=2)
+            ax.set_yscale("log")
+        return finish(ax, self.title, self.x, self.y, columns=5)
+
+    def svg(self, name: str) -> str:
+        """Return it as SVG with ids that begin with `name`."""
+        return svg(partial(Scene.draw, self), name)
+
+
+def cut(t: Signal, start: float, stop: float) -> slice:
+    """Return the rows with start <= t < stop."""
+    first, last = np.searchsorted(t, (start, stop))
+    return slice(int(first), int(last))

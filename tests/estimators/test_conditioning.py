@@ -1,0 +1,66 @@
+"""The conditioning block: averages of new samples, then the whitening filter."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from baroarma.arma import ArmaModel
+from baroarma.estimators.conditioning import Conditioner, conditioner_of, sg14_whitening
+from baroarma.noise_model import NoiseModel
+
+RNG = np.random.default_rng(1)
+
+
+def test_the_average_is_taken_over_new_samples_only():
+    z = RNG.normal(size=300)
+    z[RNG.random(300) < 0.4] = np.nan
+    out, new = Conditioner(average=4).run(z), np.isfinite(z)
+    assert np.array_equal(np.isfinite(out), new)
+    kept = z[new]
+    expected = [kept[max(k - 3, 0) : k + 1].mean() for k in range(len(kept))]
+    assert out[new] == pytest.approx(expected, abs=1e-12)
+
+
+def test_method_b_is_the_average_through_scipys_filter():
+    z = RNG.normal(size=400)
+    whitening = sg14_whitening(None, 50.0)
+    average = Conditioner(average=4).run(z)
+    start = (np.array(whitening.b[1:]) - np.array(whitening.a[1:]) * whitening.dc_gain) * average[0]
+    expected = lfilter(whitening.b, whitening.a, average, zi=start)[0]
+    assert Conditioner(average=4, whitening=whitening).run(z) == pytest.approx(expected, abs=1e-12)
+
+
+def test_step_is_run():
+    z = np.where(RNG.random(200) < 0.3, np.nan, RNG.normal(size=200))
+    one, other = (conditioner_of("average+whitening", None, 25.0) for _ in range(2))
+    assert np.array_equal(one.run(z), [other.step(value) for value in z], equal_nan=True)
+
+
+def test_the_papers_filter_has_the_papers_dc_gain():
+    # SG14 Sec. 3.2 and SG13 Table 5: 0.21, at 50 Hz with unity gain at 25 Hz
+    assert sg14_whitening(None, 50.0).dc_gain == pytest.approx(0.21, abs=0.005)
+    assert sg14_whitening(None, 50.0).unity_gain_hz == 25
+
+
+def test_an_identified_noise_gives_its_own_filter_at_the_barometers_rate():
+    noise = NoiseModel(0.2, 1.0, 0.3, rate_hz=50)
+    assert sg14_whitening(noise, 10.0) == noise.whitening_filter(rate_hz=10.0, unity_gain_hz=5.0)
+    assert conditioner_of("average+whitening", noise, 10.0).whitening == sg14_whitening(noise, 10.0)
+
+
+def test_conditioned_noise_is_white_once_decimated():
+    noise = NoiseModel(0.27, 0.75, 0.46, rate_hz=50)
+    z = noise.simulate(np.arange(100_000) / 50, np.random.default_rng(3))
+    x = conditioner_of("average+whitening", noise, 50.0).run(z)[::5]
+    r = np.corrcoef(x[1:], x[:-1])[0, 1]
+    # 20 000 values: sd of a correlation 0.007; before whitening it is 0.5
+    assert abs(r) < 0.03
+    raw = conditioner_of("average", noise, 50.0).run(z)[::5]
+    assert np.corrcoef(raw[1:], raw[:-1])[0, 1] > 0.4
+
+
+def test_nothing_is_done_when_nothing_is_asked_for():
+    z = np.array([1.0, np.nan, -2.0])
+    conditioner = conditioner_of("none", ArmaModel, 50.0)  # the noise is not even looked at
+    assert np.array_equal(conditioner.run(z), z, equal_nan=True)
+    assert conditioner.whitening is None
