@@ -5,8 +5,9 @@
     altitude ── minus the zero ── conditioning ────────┘
 
 Three kinds: with an attitude estimator, as drawn; with a height estimator that takes the IMU itself; and
-without an IMU, where the acceleration is 0 with the sd of people's motion.  `step` is the definition, `run`
-the same numbers for all rows at once, and `step` goes on where `run` ended.
+without an IMU, where the acceleration is 0 with the sd of people's motion.  So it is, too, wherever the last
+acceleration is older than `LONGEST_HOLD`.  `step` is the definition, `run` the same numbers for all rows at
+once, and `step` goes on where `run` ended.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from baroarma.estimators.attitude.kernels import LONGEST_HOLD
 from baroarma.estimators.base import AttitudeEstimator, HeightEstimator, HeightRun
 from baroarma.estimators.conditioning import Conditioner
 from baroarma.recording import Recording
@@ -23,7 +25,8 @@ from baroarma.track import TrackState
 
 Signal = NDArray[np.float64]
 PRESSURE_ONLY_SD: Final = 0.5
-"""Sd in m/s² of the motion that a pressure-only track allows for: people, stairs, lifts (chosen by us)."""
+"""Sd in m/s² of the motion allowed for without an accelerometer: people, stairs, lifts (chosen by us)."""
+_ROUNDING: Final = 1e-6  # s; `step` sums intervals where `run` subtracts times
 
 
 class ChainRun(NamedTuple):
@@ -64,7 +67,7 @@ class Chain:
     ) -> None:
         self.attitude, self.height, self.conditioner = attitude, height, conditioner
         self.zero, self.rate_hz, self.with_imu = zero, rate_hz, with_imu
-        self._acceleration, self._velocity = 0.0, 0.0
+        self._acceleration, self._velocity, self._age = 0.0, 0.0, 0.0
 
     def step(
         self, *, dt: float, altitude: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
@@ -79,8 +82,12 @@ class Chain:
             self._acceleration = (state.velocity - self._velocity) / dt if dt > 0 else 0.0
         else:
             a = self.attitude.step(dt=dt, accel=accel, gyro=gyro, attitude=attitude).acceleration
-            state = self.height.step(dt=dt, altitude=z, acceleration=a)
-            self._acceleration = self._acceleration if np.isnan(a) else a
+            self._age = self._age + dt if np.isnan(a) else 0.0
+            used, sd = _driven(np.array([a]), np.array([self._age]), np.array([dt]))
+            state = self.height.step(
+                dt=dt, altitude=z, acceleration=float(used[0]), acceleration_sd=float(sd[0])
+            )
+            self._acceleration = self._acceleration if np.isnan(used[0]) else float(used[0])
         self._velocity = state.velocity
         return TrackState(*state, self._acceleration)
 
@@ -100,13 +107,30 @@ class Chain:
             assert rows.accel is not None
             assert rows.gyro is not None
             a = self.attitude.run(rows.t, rows.accel, rows.gyro, rows.reference_attitude).acceleration
-            found = ChainRun(self.height.run(rows.t, z, a), _held(a, self._acceleration))
+            steps = np.concatenate(([dt], np.diff(rows.t)))
+            age = _age(rows.t, a, self._age + dt)
+            used, sd = _driven(a, age, steps)
+            found = ChainRun(self.height.run(rows.t, z, used, sd), _held(used, self._acceleration))
+            self._age = float(age[-1])
         self._acceleration, self._velocity = float(found.acceleration[-1]), float(found.height.velocity[-1])
         return found
 
     def _find_zero(self, altitude: float) -> None:
         if np.isnan(self.zero):  # no sample while aligning: the first one is the zero
             self.zero = altitude
+
+
+def _age(t: Signal, acceleration: Signal, before: float) -> Signal:
+    """Return how old the last acceleration is at each row, s; `before` at the first row if that has none."""
+    last = np.maximum.accumulate(np.where(np.isfinite(acceleration), np.arange(len(t)), -1))
+    return np.where(last >= 0, t - t[np.maximum(last, 0)], t - t[0] + before)
+
+
+def _driven(acceleration: Signal, age: Signal, dt: Signal) -> tuple[Signal, Signal]:
+    """Return what the height filter is driven with, and the sd where it isn't the filter's own (else NaN)."""
+    stale = age > LONGEST_HOLD + _ROUNDING
+    sd = np.where(stale | (dt > LONGEST_HOLD + _ROUNDING), PRESSURE_ONLY_SD, np.nan)
+    return np.where(stale, 0.0, acceleration), sd
 
 
 def _held(values: Signal, before: float) -> Signal:

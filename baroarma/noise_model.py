@@ -339,8 +339,14 @@ class NoiseModel:
             If the file holds no noise model; the message names the file.
         """
         try:
-            return cls.from_dict(json.loads(Path(path).read_text(encoding="utf-8")))
-        except (ValueError, UnicodeDecodeError) as error:
+            data = json.loads(Path(path).read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise ValueError(
+                f"{path} is no JSON; `baroarma identify --out` writes noise models"
+            ) from error
+        try:
+            return cls.from_dict(data)
+        except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
 
     def summary(self) -> str:

@@ -54,9 +54,16 @@ def write_identification_report(
     sections = [_overview(founds)] if many else []
     for i, found in enumerate(founds):
         title = f"{i + 1}. {found.recording.name}" if many else ""
-        sections.append(Section(_blocks(found, _anchor(i), unity_gain_hz), title, _anchor(i)))
+        sections.append(identification_section(found, title, _anchor(i), unity_gain_hz=unity_gain_hz))
     subject = f"{len(founds)} recordings" if many else founds[0].recording.name or "a recording"
     write_page(path, Page(f"Barometer noise: {subject}", tuple(sections)))
+
+
+def identification_section(
+    found: Identification, title: str, anchor: str, *, unity_gain_hz: float | None = None
+) -> Section:
+    """Return one recording's part of a page; `anchor` makes its figures' names unique."""
+    return Section(_blocks(found, anchor, unity_gain_hz), title, anchor)
 
 
 def model_table(model: NoiseModel) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from baroarma.atomic import replacing
 from baroarma.finding import Finding
 
 if TYPE_CHECKING:
@@ -93,16 +94,11 @@ class Track:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write ``track.csv`` (or Parquet for ``.parquet``), complete or not at all."""
-        target = Path(path)
-        temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-        try:
-            if target.suffix == ".parquet":
+        with replacing(path) as temporary:
+            if Path(path).suffix == ".parquet":
                 self.to_frame().to_parquet(temporary, index=False)
             else:
                 self.to_frame().to_csv(temporary, index=False, compression=None)
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)
 
     def summary(self) -> str:
         """Return the result in a few lines."""

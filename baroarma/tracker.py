@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baroarma.atmosphere import pressure_altitude
+from baroarma.atomic import replacing
 from baroarma.chain import Chain, ChainRun
 from baroarma.estimators import attitude_estimator, height_estimator
 from baroarma.estimators.attitude.alignment import align
@@ -185,13 +186,8 @@ class Tracker:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the tracker with its state, to go on with `load` exactly where it stopped (a pickle)."""
-        target = Path(path)
-        temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-        try:
+        with replacing(path) as temporary:
             temporary.write_bytes(pickle.dumps({"format": "baroarma.tracker", "version": 1, "tracker": self}))
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Tracker:

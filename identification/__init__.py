@@ -6,7 +6,7 @@ SG13's recipe, `structural` and `intervals` for maximum likelihood on the raw sa
 """
 
 from baroarma.identification.arma_fit import fit_arma
-from baroarma.identification.identify import Identification, identify
+from baroarma.identification.identification import Identification, identify
 from baroarma.identification.population import compare_models, pool
 from baroarma.identification.preprocessing import WindowSettings
 

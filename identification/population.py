@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from baroarma.finding import Finding
+from baroarma.identification.diagnostics import anova
 from baroarma.noise_model import PARAMETERS, Interval, NoiseModel
 
 if TYPE_CHECKING:
-    from baroarma.identification.identify import Identification
+    from baroarma.identification.identification import Identification
 
 Z95 = NormalDist().inv_cdf(0.975)
 
@@ -209,6 +210,12 @@ def table(found: Sequence[Identification], pooled: NoiseModel | None = None) -> 
         if first is not None and model is not None:
             lines.append(f"{name} against {models[0][0]}:")
             lines += [f"  {ratio}" for ratio in compare_models(model, first) if ratio.ratio is not None]
+    tables = [f.windows for f in found if f.windows is not None]
+    if len(tables) == len(found):
+        lines += [
+            f"  {anova([w.fits.a for w in tables], 'a')}",
+            f"  {anova([w.fits.b for w in tables], 'b')}",
+        ]
     return "\n".join(lines)
 
 

@@ -7,6 +7,7 @@ import json
 import click
 
 from baroarma.cli.common import (
+    OutputFile,
     Refusal,
     json_option,
     print_json,
@@ -19,7 +20,7 @@ from baroarma.cli.common import (
 
 @click.command(short_help="Calibrate accelerometer and gyro in the field.")
 @recordings_argument
-@click.option("--out", type=click.Path(dir_okay=False), help="Write the calibration as JSON here.")
+@click.option("--out", type=OutputFile(), help="Write the calibration as JSON here.")
 @json_option
 def calibrate(
     files: tuple[str, ...],

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from baroarma.atomic import replacing
+
 if TYPE_CHECKING:
     from baroarma.recording import Recording
 
@@ -81,13 +83,8 @@ def read_recordings(
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write a file complete or not at all."""
-    target = Path(path)
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-    try:
+    with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def print_json(value: object) -> None:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import click
 
 from baroarma.cli.common import (
+    OutputFile,
     Refusal,
     json_option,
     print_json,
     read_recordings,
     recordings_argument,
+    say,
     with_progress,
 )
 from baroarma.cli.track import load_noise
@@ -27,6 +29,7 @@ from baroarma.cli.track import load_noise
     metavar="S",
     help="How late the reference is; its errors are taken against the reference shifted back by so much.",
 )
+@click.option("--report", type=OutputFile(), help="Write a page with the table and plots here.")
 @json_option
 def compare(
     files: tuple[str, ...],
@@ -36,6 +39,7 @@ def compare(
     noise_file: str | None,
     presets: str | None,
     reference_lag: float,
+    report: str | None,
     as_json: bool,
 ) -> None:
     """Run several presets on each RECORDING and show errors against its reference, if it has one.
@@ -58,6 +62,11 @@ def compare(
     else:
         click.echo("\n\n".join(comparison.summary() for comparison in found))
     hopeless = [c for c in found if all(row.track is None for row in c.rows)]
+    if report and not hopeless:
+        from baroarma.comparison_report import write_comparison_report
+
+        write_comparison_report(found, report)
+        say(f"page: {report}")
     if hopeless:
         raise Refusal(
             "no preset could track "

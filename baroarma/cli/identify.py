@@ -68,6 +68,7 @@ def _window_settings(command: Any) -> Any:
 @click.option("--temperature", type=float, metavar="°C", help="Temperature of the air; default: the ISA's.")
 @click.option("--out", type=OutputFile(), help="Write the noise model here (noise.json).")
 @click.option("--report", type=OutputFile(), help="Write a page with numbers and plots here (HTML).")
+@click.option("--diagnostics", is_flag=True, help="Print second opinions, too (some seconds more).")
 @json_option
 def identify(
     files: tuple[str, ...],
@@ -77,6 +78,7 @@ def identify(
     terms: str,
     out: str | None,
     report: str | None,
+    diagnostics: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -88,12 +90,17 @@ def identify(
     If a recording can't support a model, the verdict says why, nothing is written and the exit code is 1.
     """
     _refuse_idle_options(terms, options)
+    if diagnostics and as_json:
+        raise click.UsageError("--diagnostics is text; it has no place in --json")
     recordings = read_recordings(files, mapping, start, stop)
     found = [_identify_one(r, terms, options) for r in with_progress(recordings, "identifying")]
     model = _pooled(found)
     _show(found, model, as_json)
     if model is None:
         raise Refusal(_reasons(found) + (" Nothing was written." if out or report else ""))
+    if diagnostics:
+        for one in found:
+            click.echo(one.diagnostics())
     if report:
         from baroarma.report import write_identification_report
 

@@ -65,8 +65,11 @@ def simulate(
     Every motion begins with 5 s of rest.
     """
     from baroarma.formats import write_csv
+    from baroarma.simulation import check_options
     from baroarma.simulation import simulate as simulate_motion
 
+    options = _options(settings)
+    check_options(motion, options)
     if duration is None and motion == "rest":
         duration = 600.0
     recording = simulate_motion(
@@ -74,9 +77,9 @@ def simulate(
         duration=duration,
         rate_hz=rate,
         device=device,
+        imu="of the device" if imu else None,
         seed=seed,
-        **({} if imu else {"imu": None}),
-        **_options(settings),
+        **options,
     )
     write_csv(recording, out)
     if as_json:
@@ -89,7 +92,7 @@ def _options(settings: tuple[str, ...]) -> dict[str, Any]:
     """Read OPTION=VALUE, the value as JSON writes numbers and lists."""
     options = {}
     for setting in settings:
-        name, equals, value = setting.partition("=")
+        name, _, value = setting.partition("=")
         try:
             options[name] = json.loads(value)
         except json.JSONDecodeError as error:

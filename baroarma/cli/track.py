@@ -8,17 +8,28 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from baroarma.cli.common import Refusal, json_option, print_json, read_recordings, recordings_argument, say
-from baroarma.presets import PRESETS
+from baroarma.cli.common import (
+    OutputFile,
+    Refusal,
+    json_option,
+    print_json,
+    read_recordings,
+    recordings_argument,
+    say,
+)
 
 if TYPE_CHECKING:
     from baroarma.noise_model import NoiseModel
     from baroarma.track import Track
     from baroarma.tracker import Tracker
 
+    Parameter = click.ParamType[str]
+else:  # older releases of click have no type arguments
+    Parameter = click.ParamType
 
-class BackEnd(click.ParamType[str]):
-    """A back-end's name; the names are looked up, plug-ins included, when the help is shown."""
+
+class Name(Parameter):
+    """A preset's or back-end's name; which there are, plug-ins too, is looked up when the help is shown."""
 
     name = "name"
 
@@ -27,30 +38,30 @@ class BackEnd(click.ParamType[str]):
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
         """Return the names as they stand in the help."""
+        return f"[{'|'.join(self._names())}]"
+
+    def _names(self) -> tuple[str, ...]:
+        if self.kind == "preset":
+            from baroarma.presets import PRESETS
+
+            return tuple(PRESETS)
         from baroarma.estimators import registry
 
-        names = registry.attitude_names() if self.kind == "attitude" else registry.height_names()
-        return "[" + "|".join(names) + "]"
+        return registry.attitude_names() if self.kind == "attitude" else registry.height_names()
 
 
 @click.command(short_help="Estimate height and vertical velocity.")
 @recordings_argument
 @click.option("--noise", "noise_file", metavar="N.json", help="Noise model that `baroarma identify` wrote.")
-@click.option(
-    "--preset",
-    type=click.Choice(list(PRESETS)),
-    default="baroarma",
-    show_default=True,
-    help="A paper's chain.",
-)
-@click.option("--attitude", type=BackEnd("attitude"), help="Another attitude estimator than the preset's.")
-@click.option("--height", type=BackEnd("height"), help="Another height estimator.")
+@click.option("--preset", type=Name("preset"), default="baroarma", show_default=True, help="A paper's chain.")
+@click.option("--attitude", type=Name("attitude"), help="Another attitude estimator than the preset's.")
+@click.option("--height", type=Name("height"), help="Another height estimator.")
 @click.option(
     "--conditioning",
     type=click.Choice(["none", "average", "average+whitening"]),
     help="Another conditioning of the altitude.",
 )
-@click.option("--out", type=click.Path(dir_okay=False), help="Write the track here; default: CSV to stdout.")
+@click.option("--out", type=OutputFile(), help="Write the track here; default: CSV to stdout.")
 @json_option
 def track(
     files: tuple[str, ...],

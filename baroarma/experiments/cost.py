@@ -47,7 +47,7 @@ def complementary_cost() -> int:
 
 
 def kalman_cost() -> int:
-    """Return the operations of a predict and an update of the two-state Kalman filter with one measurement."""
+    """Return the operations of a step of the two-state Kalman filter with one measurement."""
     c: Counter[str] = Counter()
     F, P, Q, eye, x, b, h = (_array(c, shape) for shape in ((2, 2),) * 4 + ((2,),) * 3)
     z, a, r = (Counting(c) for _ in range(3))

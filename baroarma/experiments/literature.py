@@ -1,7 +1,7 @@
 """The published numbers, as data files beside this module: what the papers print, in their own units.
 
-A line of ``published/*.csv`` is one number: experiment, paper, table, row label, quantity, unit, value, sd and
-a note on what is odd about it.  A number that is printed with neither SD nor repetition may carry a
+A line of ``published/*.csv`` is one number: experiment, paper, table, row label, quantity, unit, value, sd
+and a note on what is odd about it.  A number that is printed with neither SD nor repetition may carry a
 `tolerance` (the note says why); a claim without a number, such as "p < 0.01", is a `bound`.
 """
 
@@ -30,6 +30,8 @@ class Published:
         What it is, with its unit in brackets.
     value, sd : float or None
         As printed; None: not printed.
+    rounding : float
+        Half a unit of the last printed digit of the value.
     tolerance : float or None
         What stands for an SD where the number has neither SD nor repetition.
     bound : str
@@ -45,6 +47,7 @@ class Published:
     quantity: str
     value: float | None
     sd: float | None
+    rounding: float
     tolerance: float | None
     bound: str
     note: str
@@ -92,7 +95,10 @@ def _published(line: dict[str, str]) -> Published:
     unit = f" ({line['unit']})" if line["unit"] else ""
     value, sd, tolerance = (float(line[k]) if line[k] else None for k in ("value", "sd", "tolerance"))
     texts = (line[k] for k in ("experiment", "paper", "table", "label"))
-    return Published(*texts, line["quantity"] + unit, value, sd, tolerance, line["bound"], line["note"])
+    rounding = 0.5 * 10.0 ** -len(line["value"].partition(".")[2])
+    return Published(
+        *texts, line["quantity"] + unit, value, sd, rounding, tolerance, line["bound"], line["note"]
+    )
 
 
 @lru_cache(maxsize=8)

@@ -58,8 +58,8 @@ def shrunk(recording: Recording, factor: float) -> Recording:
 def with_axes_of_world(recording: Recording) -> Recording:
     """Return the recording of a sensor whose axes were the world's at the start.
 
-    SG14 mounted it on the rod so (Sec. 2.3.3), and its vector selection goes by axes; simulated sensors sit at
-    random.  Noise and bias are the same along all axes, so turning the samples is as good as remounting.
+    SG14 mounted it on the rod so (Sec. 2.3.3), and its vector selection goes by axes; simulated sensors sit
+    at random.  Noise and bias are the same along all axes, so turning the samples is as good as remounting.
     """
     from dataclasses import replace
 
@@ -68,12 +68,12 @@ def with_axes_of_world(recording: Recording) -> Recording:
     assert recording.accel is not None
     assert recording.gyro is not None
     assert recording.reference_attitude is not None
-    attitude = Rotation.from_quat(recording.reference_attitude)
+    attitude = Rotation.from_quat(np.array(recording.reference_attitude))  # SciPy wants a writable array
     mounting = attitude[0]
     return replace(
         recording,
-        accel=mounting.apply(recording.accel),
-        gyro=mounting.apply(recording.gyro),
+        accel=mounting.apply(np.array(recording.accel)),
+        gyro=mounting.apply(np.array(recording.gyro)),
         reference_attitude=(attitude * mounting.inv()).as_quat(),
     )
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from baroarma.experiments.result import HEAD, Result, tally
 from baroarma.experiments.scene import Scene
-from baroarma.page import Block, Drawing, Figures, Page, Section, Table, Text, write_page
+from baroarma.page import Block, Drawing, Figures, Page, Section, Table, write_page
 
 
 def write_report(
@@ -26,8 +26,8 @@ def write_report(
     """
     sections = tuple(_section(result, scenes.get(result.experiment, ())) for result in results)
     lead = (
-        f"{tally(results)}. 'Within 1 SD' means |ours - published| within the published SD, or, where none is "
-        "published, within the SD of our trials."
+        f"{tally(results)}. 'Within 1 SD' means |ours - published| within the published SD, or, where "
+        "none is published, within the SD of our trials."
     )
     write_page(path, Page("What the papers say, what we measured", (_contents(results), *sections), lead))
 
@@ -50,5 +50,5 @@ def _section(result: Result, scenes: Iterable[Scene]) -> Section:
     )
     if drawings:
         blocks.append(Figures(drawings))
-    blocks.append(Text("Assumptions", " · ".join(result.assumptions)))
+    blocks.append(Table(("assumptions",), tuple((a,) for a in result.assumptions)))
     return Section(tuple(blocks), f"{result.experiment}: {result.title}", result.experiment)

@@ -117,7 +117,7 @@ def _ours(row: Row) -> str:
 def _number(value: float | None, sd: float | None) -> str:
     if value is None:
         return "–"
-    digits = 1 if abs(value) >= 10 else 2 if abs(value) >= 1 else 3
+    digits = next(d for d, least in enumerate((100.0, 10.0, 1.0, 0.0)) if abs(value) >= least)
     return f"{value:.{digits}f}" + ("" if sd is None else f" ± {sd:.{digits}f}")
 
 

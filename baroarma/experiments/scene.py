@@ -37,6 +37,8 @@ class Scene:
         The truth over them; the raw pressure altitude behind them.
     points : bool
         Whether t are a few abscissae to be marked, on logarithmic axes.
+    against : str
+        What the legend calls the reference.
     """
 
     title: str
@@ -48,6 +50,7 @@ class Scene:
     reference: Signal | None = None
     raw: Signal | None = None
     points: bool = False
+    against: str = "reference"
 
     def draw(self, ax: Axes) -> Axes:
         """Draw it."""
@@ -63,7 +66,8 @@ class Scene:
             else:
                 ax.plot(*envelope(self.t, values), linewidth=1.1, linestyle=("-", "--", "-.")[i % 3], **style)
         if self.reference is not None:
-            ax.plot(*envelope(self.t, self.reference), color=ink(), lw=1.6, alpha=0.6, label="reference")
+            xy = (self.t, self.reference) if self.points else envelope(self.t, self.reference)
+            ax.plot(*xy, color=ink(), lw=1.6, alpha=0.6, label=self.against)
         if self.points:
             ax.set_xscale("log", base=2)
             ax.set_yscale("log")

@@ -61,7 +61,7 @@ Measured = Mapping[Key, Measurement]
 
 
 class Average(NamedTuple):
-    """Mean over trials, its SD over trials (or the mean SD within them), number of trials that had a value."""
+    """Mean over trials; SD over trials, or mean SD within them; number of trials that had a value."""
 
     mean: float | None
     sd: float | None

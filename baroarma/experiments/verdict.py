@@ -4,8 +4,9 @@
 
 and otherwise "differs: why".  The SD is the published one, not widened by our own standard error: a reader
 can check it with two columns of the table.  Where the paper prints no SD, the number is one draw from what
-repeating the run would give, and the SD of *our* trials stands in for it; where nothing is drawn (a filter's
-gain), the tolerance in the data file, with its reason.  A claim such as "p < 0.01" is met or not.
+repeating the run would give, and the SD of *our* trials stands in for it, or half a unit of the last printed
+digit if that is more; for a number that is printed as "about", the tolerance in the data file, with its
+reason.  A claim such as "p < 0.01" is met or not.
 
 No number of ours is adjusted to any of this.  The reasons are sentences in ``published/reasons.csv``, written
 after looking; a difference that nobody understands says "not explained".
@@ -32,7 +33,8 @@ def judge(number: Published, reproduced: float | None, reproduced_sd: float | No
 
     Examples
     --------
-    >>> number = Published("sg14-table-2", "SG14", "Table 2", "A", "height RMSE (m)", 0.4, 0.15, None, "", "")
+    >>> where = "sg14-table-2", "SG14", "Table 2", "A", "height RMSE (m)"
+    >>> number = Published(*where, value=0.4, sd=0.15, rounding=0.005, tolerance=None, bound="", note="")
     >>> judge(number, 0.3, 0.1, 10), judge(number, 0.15, 0.1, 10), judge(number, 0.0, 0.1, 10)
     ('within 1 SD', 'within 2 SD', 'differs: not explained')
     """
@@ -42,9 +44,8 @@ def judge(number: Published, reproduced: float | None, reproduced_sd: float | No
         return _judge_claim(number, reproduced, trials)
     assert number.value is not None
     yardstick = number.sd if number.sd is not None else number.tolerance
-    yardstick = reproduced_sd if yardstick is None else yardstick
     if yardstick is None:
-        return "not judged: one trial has no SD, and none is published"
+        yardstick = max(reproduced_sd or 0.0, number.rounding)
     distance = abs(reproduced - number.value)
     for k in (1, 2):
         if distance <= k * yardstick:

@@ -111,7 +111,7 @@ def plot_traces(comparison: Comparison, ax: Axes, quantity: str) -> Axes:
         )
     unit = "m" if quantity == "height" else "m/s"
     title = f"{printable(recording.name)}: {quantity}".removeprefix(": ")
-    return finish(ax, title, "time (s)", f"{quantity} ({unit})", columns=6)
+    return finish(ax, title, "time (s)", f"{quantity} ({unit})", columns=4)
 
 
 def plot_errors(comparison: Comparison, ax: Axes) -> Axes:

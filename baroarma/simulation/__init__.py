@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from baroarma.simulation.devices import BMP085, DEVICES, WIMU, Device
 from baroarma.simulation.encoder import Encoder, simulate_with_encoder
-from baroarma.simulation.motions import DURATIONS, MOTIONS, REST_BEFORE, Truth, move, options_of
+from baroarma.simulation.motions import (
+    DURATIONS,
+    MOTIONS,
+    REST_BEFORE,
+    Truth,
+    check_options,
+    move,
+    options_of,
+)
 from baroarma.simulation.recordings import simulate, simulate_rest
 from baroarma.simulation.sensors import Barometer, Imu, Triad
 from baroarma.simulation.streams import Clock
@@ -23,6 +31,7 @@ __all__ = [
     "Imu",
     "Triad",
     "Truth",
+    "check_options",
     "move",
     "options_of",
     "simulate",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from baroarma.atmosphere import STANDARD_GRAVITY as G
 from baroarma.simulation.jet import Jet, clock
-from baroarma.simulation.paths import Knot, eased, running, running_for, through
+from baroarma.simulation.paths import Knot, eased, folded, running, running_for, through
 from baroarma.simulation.pose import FORWARD, LEFT, UP, Pose
 
 Signal = NDArray[np.float64]
@@ -21,8 +21,8 @@ RELEASE: Final = REST_BEFORE + 3.0
 LETTING_GO: Final = 0.02
 """How long a hand takes to let go, s; chosen by us."""
 SETTLING: Final = 2.7
-"""How long the second touch of the mattress lasts until rest, as a multiple of speed/g; chosen by us: shorter,
-the mattress would have to pull."""
+"""How long the second touch of the mattress lasts until rest, as a multiple of speed/g; chosen by us:
+shorter, the mattress would have to pull."""
 LEAST_DROP: Final = 0.01
 """Lowest shelf, m: lower, the device would land in the hand that lets it go."""
 
@@ -55,13 +55,10 @@ def lift(
     All chosen by us: slow lifts of 0.1 to 1 m/s are what a detector of rest mistakes for it.
     """
     travel = climb / speed
-    length = travel + rise + pause
-    trips = max(1, int(np.ceil((t.max(initial=0.0) - REST_BEFORE) / length)))
-    height = 0.0 * clock(t)
-    for trip in range(trips):
-        ride = speed * running_for(t, REST_BEFORE + trip * length, rise, travel)
-        height = height + (-1) ** trip * ride
-    return Pose(height)
+    trips, local = folded(t, REST_BEFORE, travel + rise + pause)
+    ride = speed * running_for(local, REST_BEFORE, rise, travel)
+    down = trips % 2
+    return Pose(climb * down + (1 - 2 * down) * ride)
 
 
 def free_fall(
@@ -70,9 +67,9 @@ def free_fall(
     """Fall from a shelf onto a mattress [SG14, Sec. 2.3.2].
 
     Rest on the shelf, the hand that grasps and displaces sideways without a change of height, release, fall,
-    impact, rebound, second fall, rest on the mattress.  The height of 1.53 m and the phases are printed.  Chosen
-    by us: the share of the speed that the rebound keeps, the length of the impact `hump` (s; its peak of 15 g
-    stays within 16 g, for SG14 saw no saturation) and the tumbling (rad/s).
+    impact, rebound, second fall, rest on the mattress.  The height of 1.53 m and the phases are printed.
+    Chosen by us: the share of the speed that the rebound keeps, the length of the impact `hump` (s; its peak
+    of 15 g stays within 16 g, for SG14 saw no saturation) and the tumbling (rad/s).
     """
     flight = _flight(height, rebound, hump)
     moments = [knot[0] for knot in flight]
@@ -98,9 +95,9 @@ def _flight(drop: float, rebound: float, hump: float) -> list[Knot]:
     touch = released + (speed - speed0) / G
     bounce = rebound * speed
     sunk = hump * (speed - 0.6 * (speed + bounce + G * hump) + G * hump / 2)
-    if bounce**2 < 2 * G * sunk:
+    if bounce**2 <= 2 * G * sunk:
         raise ValueError(
-            f"a rebound of {rebound:g} after a hump of {hump:g} s doesn't leave the mattress; take more rebound"
+            f"a rebound of {rebound:g} after a hump of {hump:g} s doesn't leave the mattress; raise rebound"
         )
     speed2 = sqrt(bounce**2 - 2 * G * sunk)
     touch2 = touch + hump + (bounce + speed2) / G
@@ -115,7 +112,7 @@ def _flight(drop: float, rebound: float, hump: float) -> list[Knot]:
 
 
 def _tumble(t: Signal, moments: list[float], rate: float) -> Jet:
-    """Return the angle of a body that turns evenly in the air, and half as fast backwards after the impact."""
+    """Return the angle of a body that turns evenly in the air, half as fast backwards after the impact."""
     rates = (0.0, rate, rate, -0.5 * rate, -0.5 * rate, 0.0)
     angles = np.cumsum([0.0, *(np.diff(moments) * (np.add(rates[1:], rates[:-1]) / 2))])
     return through(t, [(m, q, w, 0.0) for m, q, w in zip(moments, angles, rates, strict=True)])

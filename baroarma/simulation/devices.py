@@ -49,7 +49,9 @@ def _triad(counts_per_unit: float, limit: float, scale_sd: float, drift_sd: floa
     )
 
 
-def _imu(accel_density: float, gyro_density: float, bias: tuple[float, float], triads: tuple[Triad, Triad]) -> Imu:
+def _imu(
+    accel_density: float, gyro_density: float, bias: tuple[float, float], triads: tuple[Triad, Triad]
+) -> Imu:
     """Return an IMU from noise densities (g and degrees/s per sqrt(Hz)) and bias spreads (g, degrees/s)."""
     noise_bandwidth = sqrt(1.11 * BANDWIDTH)
     return Imu(
@@ -102,18 +104,18 @@ MPU6050: Final = _imu(
     (_triad(8192, 4, 0.01, 5e-4, STANDARD_GRAVITY), _triad(65.5, 500, 0.01, 0.02, radians(1))),
 )
 BMP390: Final = Barometer(
-    # 0.02 Pa rms with the longest filter, +-50 Pa absolute (data sheet, front page); without filter about 0.9
-    # Pa at 50 Hz.  The recursive filter's coefficient 3 (drop and drone settings use 2 to 4).
+    # 300 to 1250 hPa, +-50 Pa absolute, steps of 0.016 Pa, 0.02 Pa rms at best (looked up); without filter
+    # about 0.9 Pa at 50 Hz.  The recursive filter's 4 is that of its settings for handheld devices.
     _white("BMP390, standard resolution", 0.9, 50.0),
     quantum=1 / 64,
     offset_sd=50.0,
     lowest=30_000.0,
     highest=125_000.0,
-    iir=3.0,
+    iir=4.0,
     rate_hz=50.0,
 )
 LPS22HB: Final = Barometer(
-    # 0.75 Pa rms, 4096 counts per hPa, +-100 Pa absolute, at most 75 Hz (data sheet, front page).
+    # 260 to 1260 hPa, at most 75 Hz (looked up); 0.75 Pa rms, 4096 counts per hPa, +-100 Pa absolute.
     _white("LPS22HB, low noise", 0.75, 75.0),
     quantum=100 / 4096,
     offset_sd=100.0,
@@ -132,18 +134,20 @@ MS5611: Final = Barometer(
     rate_hz=50.0,
 )
 BMI270: Final = _imu(
-    # 160 ug/sqrt(Hz), 0.007 degrees/s/sqrt(Hz) (front page), +-20 mg, +-0.5 degrees/s; +-8 g, +-1000 degrees/s.
+    # 160 ug/sqrt(Hz), 0.007 degrees/s/sqrt(Hz) (looked up), +-20 mg, +-0.5 degrees/s; set to +-8 g and
+    # +-1000 degrees/s.
     160e-6,
     0.007,
     (20e-3, 0.5),
     (_triad(4096, 8, 4e-3, 2e-4, STANDARD_GRAVITY), _triad(32.8, 1000, 4e-3, 5e-3, radians(1))),
 )
 ICM42688: Final = _imu(
-    # 70 ug/sqrt(Hz), 0.0028 degrees/s/sqrt(Hz), 0.5 % scale, +-20 mg, +-0.5 degrees/s; +-16 g, +-2000 degrees/s.
+    # 70 ug/sqrt(Hz), 0.0028 degrees/s/sqrt(Hz), 0.5 % scale, +-20 mg, +-0.5 degrees/s; set to +-16 g and
+    # +-1000 degrees/s.
     70e-6,
     0.0028,
     (20e-3, 0.5),
-    (_triad(2048, 16, 5e-3, 1e-4, STANDARD_GRAVITY), _triad(16.4, 2000, 5e-3, 3e-3, radians(1))),
+    (_triad(2048, 16, 5e-3, 1e-4, STANDARD_GRAVITY), _triad(32.8, 1000, 5e-3, 3e-3, radians(1))),
 )
 
 DEVICES: Final = {

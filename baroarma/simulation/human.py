@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from baroarma.simulation.apparatus import REST_BEFORE
 from baroarma.simulation.jet import Jet, clock, cos, sin
-from baroarma.simulation.paths import eased, running, running_for
+from baroarma.simulation.paths import eased, folded, running, running_for
 from baroarma.simulation.pose import FORWARD, LEFT, UP, Axis, Pose
 
 Signal = NDArray[np.float64]
 WAIST: Final[Axis] = (0.10, 0.0, 0.0)
 """The device's place in front of the trunk's axis, m; chosen by us."""
 TURNING: Final = 1.5
-"""How long a walker takes to turn by a right angle, s; chosen by us."""
+"""How long a walker takes to turn by a right angle, s (less on a shorter leg); chosen by us."""
 FAST: Final = 1.0
 """How long a walker takes to come up to speed or to stop, s; chosen by us."""
 
@@ -53,8 +53,8 @@ def stairs(
     """Climb stairs with the device at the waist, and rest on every floor [SG13, Sec. 2.4].
 
     Three floors of 1.7 m are printed.  Chosen by us: steps per floor, steps per second, the rest on each
-    floor (s; the ground floor's is at least 5), how much the speed swings with each step (`bounce`, as a share
-    of the mean), and the trunk's sway and lean (rad).
+    floor (s; the ground floor's is at least 5), how much the speed swings with each step (`bounce`, as a
+    share of the mean), and the trunk's sway and lean (rad).
     """
     steps_done = 0.0 * clock(t)
     leaning = 0.0 * clock(t)
@@ -86,15 +86,14 @@ def walk(
 ) -> Pose:
     """Walk on level ground with the device at the waist, turning left every `leg` seconds.
 
-    All chosen by us, as adults walk: speed (m/s), steps per second, amplitude of the trunk's bounce (m), which
-    falls and rises once per step, and of its sway (rad).
+    All chosen by us, as adults walk: speed (m/s), steps per second, amplitude of the trunk's bounce (m),
+    which falls and rises once per step, and of its sway (rad).
     """
     pace = running(t, REST_BEFORE, FAST)
     steps = cadence_hz * pace
     beat, side = sin(2 * pi * steps), sin(pi * steps)
-    heading = 0.0 * pace
-    for start in np.arange(REST_BEFORE + leg, t.max(initial=0.0), leg):
-        heading = heading + pi / 2 * eased(t, start, TURNING)
+    corners, local = folded(t, REST_BEFORE + leg, leg)
+    heading = pi / 2 * (corners + eased(local, REST_BEFORE + leg, min(TURNING, leg)))
     forward, left = _along(speed * pace + 0.01 * beat, 0.02 * side, heading)
     return Pose(
         -bounce * (1.0 - cos(2 * pi * steps)),

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Signal = NDArray[np.float64]
+Constant = float | Signal
+"""A number, or one for each instant that does not change near it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,14 +39,14 @@ class Jet:
     first: Signal
     second: Signal
 
-    __array_ufunc__ = None  # NumPy's scalars leave the arithmetic to this class
+    __array_ufunc__ = None  # NumPy's scalars and arrays leave the arithmetic to this class
 
-    def __add__(self, other: Jet | float) -> Jet:
+    def __add__(self, other: Jet | Constant) -> Jet:
         if not isinstance(other, Jet):
             return Jet(self.value + other, self.first, self.second)
         return Jet(self.value + other.value, self.first + other.first, self.second + other.second)
 
-    def __mul__(self, other: Jet | float) -> Jet:
+    def __mul__(self, other: Jet | Constant) -> Jet:
         if not isinstance(other, Jet):
             return Jet(self.value * other, self.first * other, self.second * other)
         return Jet(
@@ -56,10 +58,10 @@ class Jet:
     def __neg__(self) -> Jet:
         return self * -1.0
 
-    def __sub__(self, other: Jet | float) -> Jet:
+    def __sub__(self, other: Jet | Constant) -> Jet:
         return self + -other
 
-    def __rsub__(self, other: float) -> Jet:
+    def __rsub__(self, other: Constant) -> Jet:
         return -self + other
 
     __radd__ = __add__

@@ -33,7 +33,8 @@ def lee16_a(
 ) -> Pose:
     """Rise to 3.5 m, wait 10 s, descend, tilting by 50 degrees [Lee16, Test A].
 
-    Printed: about 3.5 m, about 10 s, at least 45 degrees.  Chosen by us: 10 s for each way, three swings on it.
+    Printed: about 3.5 m, about 10 s, at least 45 degrees.  Chosen by us: 10 s for each way, with three
+    swings on it.
     """
     return _carry(t, levels, leg, pause, tilt, swings)
 

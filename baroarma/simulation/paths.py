@@ -74,6 +74,18 @@ def running(t: Signal, start: float, rise: float) -> Jet:
     )
 
 
+def folded(t: Signal, start: float, period: float) -> tuple[Signal, Signal]:
+    """Return how often a movement that begins at `start` has been repeated, and t as if it never had (s).
+
+    Examples
+    --------
+    >>> folded(np.array([1.0, 6.0, 17.0]), start=5.0, period=10.0)
+    (array([0., 0., 1.]), array([1., 6., 7.]))
+    """
+    times = np.maximum(np.floor((t - start) / period), 0.0)
+    return times, t - times * period
+
+
 def running_for(t: Signal, start: float, rise: float, amount: float) -> Jet:
     """Return a time that runs from 0 to `amount` (s) and rises and ebbs over `rise` seconds each."""
     return running(t, start, rise) - running(t, start + amount, rise)

@@ -89,11 +89,13 @@ def observe(t: Signal, pose: Pose, mounting: Rotation) -> Truth:
     """
     attitude, rate, change = _turn(len(t), pose.turns)
     lever = np.asarray(pose.lever)
+    # place, velocity and acceleration that the sensor has from the turning, world axes
     swing = np.cross(rate, lever)
     arm = attitude.apply(lever)
     drift = attitude.apply(swing)
     pull = attitude.apply(np.cross(change, lever) + np.cross(rate, swing))
     acceleration = pull + np.stack(np.broadcast_arrays(pose.forward, pose.left, pose.height.second), axis=-1)
+    gravity = np.array((0.0, 0.0, STANDARD_GRAVITY))
     sensor = attitude * mounting
     return Truth(
         t=t,
@@ -101,7 +103,7 @@ def observe(t: Signal, pose: Pose, mounting: Rotation) -> Truth:
         velocity=pose.height.first + drift[:, 2],
         acceleration=acceleration[:, 2],
         attitude=sensor.as_quat(),
-        force=sensor.inv().apply(acceleration + (0.0, 0.0, STANDARD_GRAVITY)),
+        force=sensor.inv().apply(acceleration + gravity),
         rate=mounting.inv().apply(rate),
     )
 

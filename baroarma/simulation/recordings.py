@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from baroarma.recording import Recording
 from baroarma.simulation.devices import DEVICES, Device
 from baroarma.simulation.motions import DURATIONS, MountedMotion, mount
 from baroarma.simulation.sensors import Barometer, Imu
 
+Signal = NDArray[np.float64]
 Seed = int | np.random.Generator | None
 
 
@@ -81,7 +83,7 @@ def simulate_rest(duration: float = 600.0, **options: Any) -> Recording:
 
 def _record(
     mounted: MountedMotion,
-    t: np.ndarray[Any, np.dtype[np.float64]],
+    t: Signal,
     barometer: Barometer,
     imu: Imu | None,
     level: float,
@@ -109,7 +111,7 @@ def _find(device: Device | str) -> Device:
     return DEVICES[device]
 
 
-def _rows(duration: float, rate_hz: float) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _rows(duration: float, rate_hz: float) -> Signal:
     if not (rate_hz > 0 and 1 <= duration * rate_hz <= 1e9):
         raise ValueError(f"{duration:g} s at {rate_hz:g} Hz make no recording; both must be positive")
     return np.arange(round(duration * rate_hz)) / rate_hz

@@ -1,4 +1,4 @@
-"""Sensors that turn true motion into samples: noise, bias, scale, bandwidth, range, quantisation, rate, clock.
+"""Sensors that turn true motion into samples: noise, bias, scale, bandwidth, range, resolution, rate, clock.
 
 Whatever a sensor does not have is 0 or None, and then costs neither time nor random numbers.
 """

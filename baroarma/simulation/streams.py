@@ -1,7 +1,8 @@
 """How a sensor's samples get into a log: its clock, its rate, its low-pass filter, the logger that asks it.
 
 A log has one column of times.  A sensor samples by its own clock and rate, and at each row the logger takes
-what it finds: a new sample, or the one that it already had, which is then repeated ("held") or left out (NaN).
+what it finds: a new sample, or the one that it already had, which is then repeated ("held") or left out
+(NaN).
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ from numpy.typing import NDArray
 
 Signal = NDArray[np.float64]
 OVERSAMPLING: Final = 10
-"""The truth before a low-pass filter is computed at least this often per sample and per cycle of the cut-off."""
+"""The truth before a low-pass filter is computed this often per sample and per cycle of the cut-off."""
 SAME_TIME: Final = 1e-9
-"""Times closer than this, s, are the same: rows and samples at commensurable rates coincide up to rounding."""
+"""Times closer than this, s, are the same: rows and samples at commensurable rates differ by rounding."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +35,8 @@ class Clock:
 
     Examples
     --------
-    >>> float(Clock(offset=0.1, skew=1e-3).true_time(100.0))
-    100.2
+    >>> float(Clock(offset=0.5, skew=0.25).true_time(100.0))
+    125.5
     """
 
     offset: float = 0.0
@@ -47,11 +48,13 @@ class Clock:
 
 
 def sample_times(t: Signal, rate_hz: float | None) -> Signal:
-    """Return when a sensor samples during a log with rows at t (n,), by the log's stamps; None: at each row."""
+    """Return when a sensor samples during a log with rows at t (n,), log's stamps in s; None: at each row."""
     if rate_hz is None:
         return t
     if not (np.isfinite(rate_hz) and rate_hz > 0):
-        raise ValueError(f"a sensor's rate_hz must be above 0, but it is {rate_hz}; None means the log's rate")
+        raise ValueError(
+            f"a sensor's rate_hz must be above 0, but it is {rate_hz}; None means the log's rate"
+        )
     return np.asarray(t[0] + np.arange(int((t[-1] - t[0] + SAME_TIME) * rate_hz) + 1) / rate_hz)
 
 
@@ -84,8 +87,8 @@ def low_passed(
 ) -> Signal:
     """Return a true signal at a sensor's samples, through its Butterworth low-pass filter.
 
-    The truth is computed at `OVERSAMPLING` times the sensor's rate or its cut-off, whichever is more, filtered
-    there by the bilinear transform (exact at the cut-off), and thinned out.
+    The truth is computed at `OVERSAMPLING` times the sensor's rate or its cut-off, whichever is more,
+    filtered there by the bilinear transform (exact at the cut-off), and thinned out.
 
     Parameters
     ----------

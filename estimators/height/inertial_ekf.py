@@ -13,12 +13,13 @@ not their equations, and all constants are chosen by us.
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 from numpy.typing import NDArray
 
+from baroarma.estimators.attitude.kernels import LONGEST_HOLD
 from baroarma.estimators.base import Alignment, HeightEstimator, HeightRun, HeightState
 from baroarma.estimators.height import inertial_model as model
 from baroarma.estimators.height.complementary import SG14_ALTITUDE_SD
@@ -28,6 +29,8 @@ from baroarma.estimators.height.kalman import white_sd
 from baroarma.noise_model import NoiseModel
 
 Signal = NDArray[np.float64]
+UNSEEN_MOTION_SD: Final = 0.5
+"""Sd of the acceleration in m/s² that a gap in the IMU may hide (chosen by us)."""
 
 
 class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
@@ -118,7 +121,7 @@ class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
         self.x[UP, 0] = up
         self.P[UP, UP] = self.initial_tilt_sd**2 * (np.eye(3) - np.outer(up, up))
         self._imu = self._resting()
-        self._interval, self._started = self.dt, False
+        self._interval, self._started, self._age = self.dt, False, np.zeros(2)
         self.F, self.Q = self.transition(self._imu, self.dt)
         self.x_prior, self.P_prior = self.x.copy(), self.P.copy()
         self._settle()
@@ -138,10 +141,14 @@ class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
         if accel is None or gyro is None:
             raise ValueError("'inertial-ekf' needs the IMU itself: pass accel= in m/s² and gyro= in rad/s")
         if self._started:
+            self._age += dt
             self._interval = dt
+            self._replace_stale()
             self.predict(self._imu)
             self._interval = self.dt
+            self._doubt(dt)
         self._started = True
+        self._age[[np.isfinite(accel).all(), np.isfinite(gyro).all()]] = 0.0
         if np.isfinite(gyro).all():
             self._imu[3:] = gyro
         if np.isfinite(accel).all():
@@ -212,6 +219,22 @@ class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
             H = np.zeros((1, STATES))
             H[0, UP], H[0, model.ACCEL_BIAS] = size * direction, direction
             self._measure(H, float(direction @ force + (H @ x)[0]), variance)
+
+    def _replace_stale(self) -> None:
+        """Take rest for what hasn't been heard of accelerometer or gyro for too long."""
+        for sensor, axes in ((0, slice(0, 3)), (1, slice(3, 6))):
+            if self._age[sensor] > LONGEST_HOLD:
+                self._imu[axes] = self._resting()[axes]
+
+    def _doubt(self, dt: float) -> None:
+        """Add what a stale sensor may have missed: people's motion, any turn up to a radian."""
+        if self._age[0] > LONGEST_HOLD:
+            missed = np.zeros(STATES)
+            missed[[HEIGHT, VELOCITY]] = UNSEEN_MOTION_SD * dt**2 / 2, UNSEEN_MOTION_SD * dt
+            self.P = self.P + np.outer(missed, missed)
+        if self._age[1] > LONGEST_HOLD:
+            up = self.x[UP, 0]
+            self.P[UP, UP] += min(dt, 1.0) ** 2 * (np.eye(3) - np.outer(up, up))
 
     def _measure(self, H: Signal, z: float, variance: float) -> None:
         self.update(np.array([[z]]), lambda x: H, lambda x: H @ x, R=variance)

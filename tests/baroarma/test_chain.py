@@ -52,3 +52,27 @@ def test_without_imu_the_sds_allow_for_peoples_motion():
         Tracker(noise=BMP085.noise).run(r) for r in (recording, replace(recording, accel=None, gyro=None))
     )
     assert without.velocity_sd[-1] > 2 * with_imu.velocity_sd[-1]
+
+
+@pytest.mark.parametrize("preset", ["baroarma", "lee16-kf", "zhang12"])
+def test_after_a_gap_the_velocity_is_as_uncertain_as_it_is_wrong(preset):
+    """Three seconds without any sensor, in the middle of squats: nobody knows the velocity then."""
+    z = []
+    for seed in range(8):
+        log = simulate("squat", duration=40, seed=seed)
+        log = log.rows((log.t < 30) | (log.t >= 33))
+        track = Tracker.preset(preset, noise=BMP085.noise).run(log)
+        after = np.searchsorted(log.t, 33.0)
+        assert track.velocity_sd[after] > 5 * track.velocity_sd[after - 1]
+        z.append((track.velocity - log.reference_velocity)[after] / track.velocity_sd[after])
+    assert np.sqrt(np.mean(np.square(z))) < 2  # eight of them: an honest sd stays below this
+
+
+def test_a_lost_accelerometer_becomes_a_track_of_pressure_alone():
+    log = simulate("rest", duration=60, seed=1)
+    accel = np.where((log.t > 20)[:, None], np.nan, log.accel)
+    track = Tracker(noise=BMP085.noise).run(replace(log, accel=accel))
+    late = log.t > 21
+    assert not track.acceleration[late].any()
+    assert track.velocity_sd[-1] > 3 * track.velocity_sd[log.t < 20][-1]
+    assert np.abs(track.height[late] / track.height_sd[late]).max() < 4

@@ -7,7 +7,7 @@ from baroarma.cli import main
 from baroarma.simulation import BMP085
 
 
-def test_the_demo_leaves_a_log_a_model_a_filter_and_a_page(tmp_path, capsys):
+def test_the_demo_leaves_logs_a_model_a_filter_a_track_and_a_page(tmp_path, capsys):
     folder = tmp_path / "new" / "demo"
     assert main(["demo", "--out", str(folder), "--json"]) == 0
     body = json.loads(capsys.readouterr().out)
@@ -15,6 +15,8 @@ def test_the_demo_leaves_a_log_a_model_a_filter_and_a_page(tmp_path, capsys):
         "noise.json",
         "report.html",
         "rest.csv",
+        "squat.csv",
+        "track.csv",
         "whitening.json",
     ]
     noise = NoiseModel.load(folder / "noise.json")
@@ -23,6 +25,8 @@ def test_the_demo_leaves_a_log_a_model_a_filter_and_a_page(tmp_path, capsys):
     assert read(folder / "rest.csv").duration > 1190
     assert json.loads((folder / "whitening.json").read_text()) == noise.whitening_filter().to_dict()
     assert body["whitening"] == noise.whitening_filter().to_dict()
+    assert [row["preset"] for row in body["comparison"]["rows"]][:2] == ["baroarma", "sg14-a"]
+    assert len((folder / "track.csv").read_text().splitlines()) == 3001
     assert (
         "<svg" in (folder / "report.html").read_text() or "data:image" in (folder / "report.html").read_text()
     )

@@ -40,7 +40,6 @@ def test_the_front_door_loads_nothing_heavy():
     assert loaded(HEAVY) == []
 
 
-@pytest.mark.xfail(reason="baroarma.cli.track imports the presets, and with them baroarma.atmosphere")
 def test_the_front_door_does_not_even_load_numpy():
     assert loaded(("numpy",)) == []
 

@@ -261,3 +261,11 @@ def test_ten_minutes_at_fifty_hertz_take_less_than_half_a_second():
         identify(recording)
         seconds.append(time.thread_time() - start)
     assert min(seconds) < 0.5
+
+
+def test_second_opinions_come_as_text_with_reasons_where_they_cannot():
+    clean = identify(simulate_rest(300, seed=1)).diagnostics()
+    assert "leaves white noise" in clean
+    assert "nan" not in clean
+    white = identify(simulate_rest(300, seed=1, barometer=Barometer(NoiseModel(0, 0, 0.4, rate_hz=50))))
+    assert "no Gauss-Markov noise to whiten" in white.diagnostics()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from textwrap import indent
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -28,6 +30,7 @@ from baroarma.identification.structural import (
     fit_terms,
     select_terms,
 )
+from baroarma.identification.surrogates import whitened_surrogate, zero_pole_cancellation
 from baroarma.identification.verdict import judge_model, judge_recording, minutes_wanting
 from baroarma.identification.windows import WindowsResult, identify_windows
 from baroarma.noise_model import JSON_KEYS, NoiseModel
@@ -102,6 +105,14 @@ class Identification:
         conditioned = self._conditioned()
         return stationarity(conditioned.windows, conditioned.dt)
 
+    def cancellation(self) -> Outcome:
+        """Test whether zero and pole cancel behind this model's whitening filter [SG13, Sec. 2.5]."""
+        if self.model is None or not self.model.has_gauss_markov:
+            raise ValueError(f"{self.recording.name} has no Gauss-Markov noise to whiten")
+        settings = WindowSettings.for_rate(self.recording.rate_hz)
+        surrogate = whitened_surrogate(*self.samples(), self.model.whitening_filter(), settings)
+        return zero_pole_cancellation([surrogate])
+
     def averaging_study(self) -> AveragingStudy:
         """Repeat the windows recipe over lengths of the moving average [SG13, Fig. 5]."""
         return averaging_study(*self.samples())
@@ -111,6 +122,26 @@ class Identification:
         from baroarma.identification.allan import allan_deviation
 
         return allan_deviation(*self.samples())
+
+    def diagnostics(self) -> str:
+        """Return second opinions that take seconds, as text.
+
+        Stationarity over windows, ARMA orders, zero-pole cancellation behind the whitening filter, and the
+        study over lengths of the moving average; where one can't be had, the reason.
+        """
+        opinions: dict[str, Callable[[], str]] = {
+            "stationarity": lambda: str(self.stationarity()),
+            "zero and pole behind the whitening filter": lambda: str(self.cancellation()),
+            "ARMA orders of one window": lambda: self.orders().summary(),
+            "length of the moving average": lambda: self.averaging_study().summary(),
+        }
+        parts: list[str] = []
+        for title, compute in opinions.items():
+            try:
+                parts.append(f"{title}\n{indent(compute(), '  ')}")
+            except ValueError as error:
+                parts.append(f"{title}\n  not available: {error}")
+        return "\n".join(parts)
 
     def summary(self) -> str:
         """Return the result as text: model, comparison of terms, verdict, advice."""
