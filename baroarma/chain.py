@@ -5,7 +5,7 @@
     altitude ── minus the zero ── conditioning ────────┘
 
 Three kinds: with an attitude estimator, as drawn; with a height estimator that takes the IMU itself; and
-without an IMU, where the acceleration is 0 with the sd of people's motion.  So it is, too, wherever the last
+without an IMU, where the acceleration is 0 with the sd of unseen motion.  So it is, too, wherever the last
 acceleration is older than `LONGEST_HOLD`.  `step` is the definition, `run` the same numbers for all rows at
 once, and `step` goes on where `run` ended.
 """
@@ -24,8 +24,9 @@ from baroarma.recording import Recording
 from baroarma.track import TrackState
 
 Signal = NDArray[np.float64]
-PRESSURE_ONLY_SD: Final = 0.5
-"""Sd in m/s² of the motion allowed for without an accelerometer: people, stairs, lifts (chosen by us)."""
+UNSEEN_WALK: Final = 0.5
+"""How far the velocity wanders that no accelerometer sees: 0.5 m/s in a second, as people and lifts start and
+stop; m/s per sqrt(s), chosen by us."""
 _ROUNDING: Final = 1e-6  # s; `step` sums intervals where `run` subtracts times
 
 
@@ -76,7 +77,8 @@ class Chain:
         self._find_zero(altitude)
         z = self.conditioner.step(altitude - self.zero)
         if not self.with_imu:
-            state = self.height.step(dt=dt, altitude=z, acceleration=0.0, acceleration_sd=PRESSURE_ONLY_SD)
+            sd = float(_unseen_sd(np.array(dt)))
+            state = self.height.step(dt=dt, altitude=z, acceleration=0.0, acceleration_sd=sd)
         elif self.attitude is None:
             state = self.height.step(dt=dt, altitude=z, accel=accel, gyro=gyro)
             self._acceleration = (state.velocity - self._velocity) / dt if dt > 0 else 0.0
@@ -96,18 +98,17 @@ class Chain:
         new = np.flatnonzero(np.isfinite(altitude))
         self._find_zero(float(altitude[new[0]]) if len(new) else float("nan"))
         z = self.conditioner.run(altitude - self.zero)
+        steps = np.concatenate(([dt], np.diff(rows.t)))
         if not self.with_imu:
-            still, sd = np.zeros(len(rows)), np.full(len(rows), PRESSURE_ONLY_SD)
+            still, sd = np.zeros(len(rows)), _unseen_sd(steps)
             found = ChainRun(self.height.run(rows.t, z, still, sd), still)
         elif self.attitude is None:
             height = self.height.run(rows.t, z, accel=rows.accel, gyro=rows.gyro)
-            steps = np.concatenate(([dt], np.diff(rows.t)))
             found = ChainRun(height, np.diff(height.velocity, prepend=self._velocity) / steps)
         else:
             assert rows.accel is not None
             assert rows.gyro is not None
             a = self.attitude.run(rows.t, rows.accel, rows.gyro, rows.reference_attitude).acceleration
-            steps = np.concatenate(([dt], np.diff(rows.t)))
             age = _age(rows.t, a, self._age + dt)
             used, sd = _driven(a, age, steps)
             found = ChainRun(self.height.run(rows.t, z, used, sd), _held(used, self._acceleration))
@@ -129,8 +130,13 @@ def _age(t: Signal, acceleration: Signal, before: float) -> Signal:
 def _driven(acceleration: Signal, age: Signal, dt: Signal) -> tuple[Signal, Signal]:
     """Return what the height filter is driven with, and the sd where it isn't the filter's own (else NaN)."""
     stale = age > LONGEST_HOLD + _ROUNDING
-    sd = np.where(stale | (dt > LONGEST_HOLD + _ROUNDING), PRESSURE_ONLY_SD, np.nan)
+    sd = np.where(stale | (dt > LONGEST_HOLD + _ROUNDING), _unseen_sd(dt), np.nan)
     return np.where(stale, 0.0, acceleration), sd
+
+
+def _unseen_sd(dt: Signal) -> Signal:
+    """Return the sd in m/s² that an acceleration held over dt must have for the velocity to wander so."""
+    return UNSEEN_WALK / np.sqrt(np.maximum(dt, 1e-6))
 
 
 def _held(values: Signal, before: float) -> Signal:

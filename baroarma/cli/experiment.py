@@ -12,6 +12,7 @@ from baroarma.cli.common import OutputFile, json_option, print_json, say
 
 if TYPE_CHECKING:
     from baroarma.experiments.experiment import Experiment
+    from baroarma.experiments.result import Result
     from baroarma.experiments.trials import Measured
 
 
@@ -75,7 +76,9 @@ def _presets(text: str | None, chosen: list[Experiment]) -> tuple[str, ...]:
     return names
 
 
-def _write(report: str, results: list, chosen: list[Experiment], seed: int, presets: tuple[str, ...]) -> None:
+def _write(
+    report: str, results: list[Result], chosen: list[Experiment], seed: int, presets: tuple[str, ...]
+) -> None:
     from baroarma.experiments.report import write_report
     from baroarma.experiments.trials import Trial
 

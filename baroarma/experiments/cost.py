@@ -72,5 +72,6 @@ def cost_ratio() -> float:
 
 def _array(counter: Counter[str], shape: tuple[int, ...]) -> Any:
     array = np.empty(shape, object)
-    array.flat = [Counting(counter) for _ in range(array.size)]
+    for index in np.ndindex(shape):
+        array[index] = Counting(counter)
     return array

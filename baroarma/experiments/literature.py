@@ -92,13 +92,23 @@ def reason(experiment: str, label: str, quantity: str) -> str:
 
 
 def _published(line: dict[str, str]) -> Published:
-    unit = f" ({line['unit']})" if line["unit"] else ""
-    value, sd, tolerance = (float(line[k]) if line[k] else None for k in ("value", "sd", "tolerance"))
-    texts = (line[k] for k in ("experiment", "paper", "table", "label"))
-    rounding = 0.5 * 10.0 ** -len(line["value"].partition(".")[2])
     return Published(
-        *texts, line["quantity"] + unit, value, sd, rounding, tolerance, line["bound"], line["note"]
+        experiment=line["experiment"],
+        paper=line["paper"],
+        table=line["table"],
+        label=line["label"],
+        quantity=line["quantity"] + (f" ({line['unit']})" if line["unit"] else ""),
+        value=_number(line["value"]),
+        sd=_number(line["sd"]),
+        rounding=0.5 * 10.0 ** -len(line["value"].partition(".")[2]),
+        tolerance=_number(line["tolerance"]),
+        bound=line["bound"],
+        note=line["note"],
     )
+
+
+def _number(text: str) -> float | None:
+    return float(text) if text else None
 
 
 @lru_cache(maxsize=8)

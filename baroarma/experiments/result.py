@@ -73,7 +73,7 @@ class Result:
     def cells(self) -> tuple[list[tuple[str, ...]], list[str]]:
         """Return the table's cells as text, and the reasons that its verdicts refer to by number."""
         reasons: list[str] = []
-        rows = [
+        rows: list[tuple[str, ...]] = [
             (r.label, r.quantity, _number(r.published, r.published_sd), _ours(r), _short(r.verdict, reasons))
             for r in self.rows
         ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +60,7 @@ class Scene:
         colours = (DATA, MODEL, GAUSS_MARKOV, DRIFT, WHITE)
         marks = "o^sdv"
         for i, (label, values) in enumerate(self.lines.items()):
-            style = {"color": colours[i % 5], "label": label}
+            style: dict[str, Any] = {"color": colours[i % 5], "label": label}
             if self.points:
                 ax.plot(self.t, values, marks[i % 5], **style)
             else:

@@ -6,11 +6,12 @@ windows of one test, averaged over trials.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from baroarma.arma import ArmaModel
 from baroarma.estimators.conditioning import SG14_ARMA, conditioner_of
@@ -18,15 +19,16 @@ from baroarma.experiments.experiment import Experiment
 from baroarma.experiments.methods import SENSORS, sensor_assumption
 from baroarma.experiments.processing import relative_altitude
 from baroarma.experiments.scene import Scene, cut
-from baroarma.experiments.trials import Measured, Measurement, Trial
+from baroarma.experiments.trials import Key, Measured, Measurement, Trial
 from baroarma.identification.diagnostics import AveragingStudy, anova, averaging_study
 from baroarma.identification.preprocessing import Trimmed, WindowSettings
-from baroarma.identification.surrogates import whitened_surrogate, zero_pole_cancellation
+from baroarma.identification.surrogates import Surrogate, whitened_surrogate, zero_pole_cancellation
 from baroarma.identification.windows import identify_windows
 from baroarma.recording import Recording
 from baroarma.simulation import simulate
 from baroarma.whitening import WhiteningFilter
 
+Signal = NDArray[np.float64]
 TESTS: Final = ("indoors 1", "indoors 2", "indoors 3", "outdoors 1", "outdoors 2", "outdoors 3")
 ALL: Final = "all six tests"
 SETTINGS: Final = WindowSettings()
@@ -51,7 +53,8 @@ def rests(trial: Trial, day: int) -> Iterator[tuple[str, Recording]]:
 def measure_noise(trial: Trial, *, day: int) -> Measured:
     """Identify the six tests of a day as the paper does [Tables 1, 2]."""
     names = {"correlation_time": "s", "correlated_sd": "m", "white_sd": "m", "total_sd": "m"}
-    found, groups = {}, {"a": [], "b": []}
+    found: dict[Key, Measurement] = {}
+    groups: dict[str, list[Signal]] = {"a": [], "b": []}
     for test, rest in rests(trial, day):
         result = identify_windows(rest.t, rest.height(), SETTINGS, split="bilinear")
         for name, unit in names.items():
@@ -68,8 +71,8 @@ def measure_noise(trial: Trial, *, day: int) -> Measured:
 def measure_surrogates(trial: Trial, *, day: int) -> Measured:
     """Whiten the six tests of a day and identify again [Tables 3, 4]."""
     filters = {"": whitening_of(SG14_ARMA), ", filter from the raw density": _matched_filter()}
-    found: dict[tuple[str, str], Measurement] = {}
-    surrogates: dict[str, list] = {name: [] for name in filters}
+    found: dict[Key, Measurement] = {}
+    surrogates: dict[str, list[Surrogate]] = {name: [] for name in filters}
     for test, rest in rests(trial, day):
         for name, whitening in filters.items():
             surrogate = whitened_surrogate(rest.t, rest.height(), whitening, SETTINGS)
@@ -88,7 +91,7 @@ def _matched_filter() -> WhiteningFilter:
     return noise.whitening_filter(rate_hz=RATE_HZ, unity_gain_hz=RATE_HZ / 2)
 
 
-def _design() -> Measured:
+def _design() -> dict[Key, Measurement]:
     """Return what the recipe of Sec. 2.5 makes of the printed a and b, and the filter that we use."""
     found = {}
     for label, model in (("whitening filter", PRINTED_ARMA), ("whitening filter as used", SG14_ARMA)):
@@ -127,7 +130,7 @@ def measure_averaging(trial: Trial) -> Measured:
     }
 
 
-def _least(averages) -> Measurement:
+def _least(averages: Iterable[int]) -> Measurement:
     return Measurement(float(min(averages, default=np.nan)))
 
 

@@ -7,7 +7,7 @@ cumulative periodogram [SG13, Sec. 2.5].
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 
 def equal_variance_p(first: ArrayLike, second: ArrayLike) -> float:
@@ -62,6 +62,6 @@ def asterisks(p: float) -> str:
     return "**" if p < 0.01 else "*" if p < 0.05 else ""
 
 
-def _finite(sample: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    x = np.asarray(sample, float)
+def _finite(sample: ArrayLike) -> NDArray[np.float64]:
+    x: NDArray[np.float64] = np.asarray(sample, float)
     return x[np.isfinite(x)]

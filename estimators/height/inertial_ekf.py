@@ -29,8 +29,8 @@ from baroarma.estimators.height.kalman import white_sd
 from baroarma.noise_model import NoiseModel
 
 Signal = NDArray[np.float64]
-UNSEEN_MOTION_SD: Final = 0.5
-"""Sd of the acceleration in m/s² that a gap in the IMU may hide (chosen by us)."""
+UNSEEN_WALK: Final = 0.5
+"""How far the velocity wanders that a gap in the accelerometer hides, m/s per sqrt(s) (chosen by us)."""
 
 
 class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
@@ -230,7 +230,7 @@ class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
         """Add what a stale sensor may have missed: people's motion, any turn up to a radian."""
         if self._age[0] > LONGEST_HOLD:
             missed = np.zeros(STATES)
-            missed[[HEIGHT, VELOCITY]] = UNSEEN_MOTION_SD * dt**2 / 2, UNSEEN_MOTION_SD * dt
+            missed[[HEIGHT, VELOCITY]] = UNSEEN_WALK * dt**1.5 / 2, UNSEEN_WALK * dt**0.5
             self.P = self.P + np.outer(missed, missed)
         if self._age[1] > LONGEST_HOLD:
             up = self.x[UP, 0]

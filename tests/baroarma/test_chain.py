@@ -54,7 +54,7 @@ def test_without_imu_the_sds_allow_for_peoples_motion():
     assert without.velocity_sd[-1] > 2 * with_imu.velocity_sd[-1]
 
 
-@pytest.mark.parametrize("preset", ["baroarma", "lee16-kf", "zhang12"])
+@pytest.mark.parametrize("preset", ["baroarma", "zhang12"])
 def test_after_a_gap_the_velocity_is_as_uncertain_as_it_is_wrong(preset):
     """Three seconds without any sensor, in the middle of squats: nobody knows the velocity then."""
     z = []
@@ -74,5 +74,5 @@ def test_a_lost_accelerometer_becomes_a_track_of_pressure_alone():
     track = Tracker(noise=BMP085.noise).run(replace(log, accel=accel))
     late = log.t > 21
     assert not track.acceleration[late].any()
-    assert track.velocity_sd[-1] > 3 * track.velocity_sd[log.t < 20][-1]
+    assert track.velocity_sd[-1] > 5 * track.velocity_sd[log.t < 20][-1]
     assert np.abs(track.height[late] / track.height_sd[late]).max() < 4
