@@ -77,8 +77,8 @@ class Chain:
         self._find_zero(altitude)
         z = self.conditioner.step(altitude - self.zero)
         if not self.with_imu:
-            sd = float(_unseen_sd(np.array(dt)))
-            state = self.height.step(dt=dt, altitude=z, acceleration=0.0, acceleration_sd=sd)
+            unseen = float(_unseen_sd(np.array(dt)))
+            state = self.height.step(dt=dt, altitude=z, acceleration=0.0, acceleration_sd=unseen)
         elif self.attitude is None:
             state = self.height.step(dt=dt, altitude=z, accel=accel, gyro=gyro)
             self._acceleration = (state.velocity - self._velocity) / dt if dt > 0 else 0.0

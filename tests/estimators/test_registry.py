@@ -1,4 +1,7 @@
 import importlib
+import os
+import shutil
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -108,3 +111,30 @@ def test_a_plug_in_cannot_take_a_built_in_name(tmp_path, monkeypatch):
     with pytest.warns(UserWarning, match="its name 'kalman' is a built-in height estimator's"):
         assert height_names() == tuple(HEIGHT)
     assert type(height_estimator("kalman", dt=0.02)).__name__ == "Kalman"
+
+
+def test_an_installed_distribution_appears_in_the_help_and_tracks(tmp_path):
+    """pip installs the third party's distribution into a folder of its own; the program finds it there."""
+    source, site = tmp_path / "source", tmp_path / "site"
+    shutil.copytree(THIRD_PARTY, source, ignore=shutil.ignore_patterns("__pycache__"))
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*pip, "--target", str(site), str(source)], check=True, capture_output=True)
+    environment = {**os.environ, "PYTHONPATH": str(site)}
+
+    def baroarma(*arguments):
+        command = [sys.executable, "-m", "baroarma", *arguments]
+        return subprocess.run(
+            command, check=True, capture_output=True, text=True, env=environment, cwd=tmp_path
+        )
+
+    name = next(
+        iter(
+            tomllib.loads((source / "pyproject.toml").read_text())["project"]["entry-points"][
+                "baroarma.height"
+            ]
+        )
+    )
+    assert name in baroarma("track", "--help").stdout
+    baroarma("simulate", "squat", "--duration", "10", "--seed", "1", "--out", "squat.csv")
+    baroarma("track", "squat.csv", "--height", name, "--out", "track.csv")
+    assert len((tmp_path / "track.csv").read_text().splitlines()) == 501
