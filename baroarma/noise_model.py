@@ -341,9 +341,7 @@ class NoiseModel:
         try:
             data = json.loads(Path(path).read_text(encoding="utf-8"))
         except ValueError as error:
-            raise ValueError(
-                f"{path} is no JSON; `baroarma identify --out` writes noise models"
-            ) from error
+            raise ValueError(f"{path} is no JSON; `baroarma identify --out` writes noise models") from error
         try:
             return cls.from_dict(data)
         except ValueError as error:
