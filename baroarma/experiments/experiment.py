@@ -9,7 +9,16 @@ from itertools import islice
 from baroarma.experiments.literature import Published, published_in
 from baroarma.experiments.result import Result, Row
 from baroarma.experiments.scene import Scene
-from baroarma.experiments.trials import Average, Key, Measured, Trial, average, run_trials
+from baroarma.experiments.trials import (
+    Average,
+    Key,
+    Measured,
+    Measurement,
+    Trial,
+    average,
+    median,
+    run_trials,
+)
 from baroarma.experiments.verdict import judge
 
 
@@ -49,14 +58,14 @@ class Experiment:
 
     def result(self, found: Sequence[Measured]) -> Result:
         """Put what the trials measured beside the published numbers."""
-        averages = {key: average([m[key] for m in found if key in m]) for key in _keys(found)}
+        averages = {key: _typical(key)([m[key] for m in found if key in m]) for key in _keys(found)}
         averages |= {key: Average(_number(p), None, len(found)) for key, p in self.test(found).items()}
         numbers = published_in(self.name)
         if missing := set(numbers) - set(averages):
             raise KeyError(f"{self.name} does not reproduce {sorted(missing)}")
         rows = [_row(key, averages[key], number) for key, number in numbers.items()]
         rows += [_row(key, ours, None) for key, ours in averages.items() if key not in numbers]
-        return Result(self.name, self.title, self.assumptions, tuple(rows))
+        return Result(self.name, self.title, self.assumptions, tuple(rows), _notes(numbers.values()))
 
 
 def run_experiments(
@@ -98,6 +107,19 @@ def run_experiments(
 
 def _keys(found: Sequence[Measured]) -> dict[Key, None]:
     return dict.fromkeys(key for measured in found for key in measured)
+
+
+def _notes(numbers: Iterable[Published]) -> tuple[str, ...]:
+    """Return what is odd about the numbers, each oddity once, with the first row that has it."""
+    first: dict[str, Published] = {}
+    for number in numbers:
+        if number.note:
+            first.setdefault(number.note, number)
+    return tuple(f"{n.table}, {n.label}, {n.quantity}: {note}" for note, n in first.items())
+
+
+def _typical(key: Key) -> Callable[[Sequence[Measurement]], Average]:
+    return median if key[1].endswith("(p)") else average
 
 
 def _row(key: Key, ours: Average, number: Published | None) -> Row:

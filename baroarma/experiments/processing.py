@@ -20,8 +20,8 @@ REST: Final = 1.0
 """Seconds of rest at the start over which altitude and gyro are averaged [SG13, Sec. 2.4; SG14, Sec. 2.4]."""
 THRESHOLD: Final = math.radians(5.0)
 """Angular rate at which encoder and gyro are aligned, rad/s [SG14, Sec. 2.3.3]."""
-ENCODER_STEP: Final = 0.02
-"""Seconds over which the encoder's angle is differentiated for that: the IMU's interval (chosen by us)."""
+ENCODER_STEP: Final = 0.024
+"""Seconds over which the encoder's angle is differentiated for that: six of its samples (chosen by us)."""
 ENCODER_COUNTS: Final = 131_072
 """Steps per turn of the encoder (chosen by us): 5 °/s at 250 Hz are 0.02° per sample, which is lost in the
 steps of a coarse one."""

@@ -50,5 +50,10 @@ def _section(result: Result, scenes: Iterable[Scene]) -> Section:
     )
     if drawings:
         blocks.append(Figures(drawings))
-    blocks.append(Table(("assumptions",), tuple((a,) for a in result.assumptions)))
+    for head, texts in (
+        ("assumption", result.assumptions),
+        ("oddity of the published numbers", result.notes),
+    ):
+        if texts:
+            blocks.append(Table(("", head), tuple((str(i), text) for i, text in enumerate(texts, 1))))
     return Section(tuple(blocks), f"{result.experiment}: {result.title}", result.experiment)

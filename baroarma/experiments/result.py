@@ -51,12 +51,15 @@ class Result:
         What stands in for the paper's hardware, and how the paper was read.
     rows : tuple of Row
         The table.
+    notes : tuple of str
+        What is odd about the published numbers.
     """
 
     experiment: str
     title: str
     assumptions: tuple[str, ...]
     rows: tuple[Row, ...]
+    notes: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return the documented JSON object."""
@@ -80,7 +83,7 @@ class Result:
         return rows, reasons
 
     def summary(self, width: int = 110) -> str:
-        """Return assumptions, table and reasons as text."""
+        """Return assumptions, table, reasons and notes as text."""
         rows, reasons = self.cells()
         widths = [max(map(len, column)) for column in zip(HEAD, *rows, strict=True)]
         lines = [f"{self.experiment}: {self.title}", f"  {self.tally()}"]
@@ -89,6 +92,7 @@ class Result:
             padded = (cell.ljust(w) for cell, w in zip(cells, widths, strict=True))
             lines.append(("  " + "  ".join(padded)).rstrip())
         lines += [_wrap(f"[{i}] {why}", width, 6) for i, why in enumerate(reasons, 1)]
+        lines += [_wrap(f"* {note}", width, 4) for note in self.notes]
         return "\n".join(lines)
 
 

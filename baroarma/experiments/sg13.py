@@ -177,7 +177,10 @@ def draw_averaging(trial: Trial) -> tuple[Scene, ...]:
     return (Scene(title, note, "M", "sd (m)", m, lines, theory, points=True, against=law),)
 
 
-_SPREAD = "± is the SD over the 20 windows of one test, trimmed as the paper's, averaged over trials"
+_SPREAD = (
+    "± is the SD over the 20 windows of one test, trimmed as the paper's, averaged over trials; p-values are "
+    "medians over trials"
+)
 _DAY = "one sensor preset stands for all six tests: day, weather and room do not differ here"
 
 

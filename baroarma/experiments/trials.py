@@ -12,6 +12,7 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 from typing import NamedTuple
 
 import numpy as np
@@ -68,6 +69,18 @@ class Average(NamedTuple):
     trials: int
 
 
+def median(found: Sequence[Measurement]) -> Average:
+    """Return the p-value of a typical trial: the median, for a mean of p-values means nothing.
+
+    Examples
+    --------
+    >>> median([Measurement(0.001), Measurement(0.002), Measurement(0.9)]).mean
+    0.002
+    """
+    values = [m.value for m in found if math.isfinite(m.value)]
+    return Average(float(np.median(values)) if values else None, None, len(values))
+
+
 def average(found: Sequence[Measurement]) -> Average:
     """Average one quantity over trials; trials without a number are left out.
 
@@ -97,12 +110,12 @@ def run_trials(tasks: Sequence[Task], workers: int) -> Iterator[Measured]:
     tasks : sequence of (callable, Trial)
         Functions of a module, so that other processes find them.
     workers : int
-        Processes; 1: this one.
+        Processes; 1: this one.  More are started afresh, for a fork of a process with threads may hang.
     """
     if workers == 1 or len(tasks) < 2:
         yield from map(_run, tasks)
         return
-    with ProcessPoolExecutor(min(workers, len(tasks))) as pool:
+    with ProcessPoolExecutor(min(workers, len(tasks)), get_context("spawn")) as pool:
         yield from pool.map(_run, tasks)
 
 
