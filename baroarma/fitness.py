@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
+from numpy.typing import NDArray
 
 from baroarma.chain import Chain
 from baroarma.estimators.strapdown import QUIET_ACCELERATION, QUIET_RATE
@@ -10,6 +13,13 @@ from baroarma.finding import Finding
 from baroarma.noise_model import NoiseModel
 from baroarma.presets import Preset
 from baroarma.recording import Recording
+from baroarma.track import Track
+
+Signal = NDArray[np.float64]
+DIVERGENCE: Final = 5.0
+"""Metres between the means of track and barometer that no noise explains (chosen by us)."""
+DIVERGENCE_OVER: Final = 5.0
+"""Seconds over which these means are taken."""
 
 
 def refuse_unfit(recording: Recording, preset: Preset) -> None:
@@ -68,6 +78,36 @@ def track_findings(
         *_about_sensors(recording, chain, aligned_over),
         *_about_rest(recording, aligned_over),
     )
+
+
+def divergence(track: Track, altitude: Signal, chain: Chain) -> list[Finding]:
+    """Say where a track leaves the barometer, which it should follow in the long run.
+
+    Parameters
+    ----------
+    track : Track
+        What the chain made.
+    altitude : ndarray, shape (n,)
+        Barometric height relative to the start, m; NaN: no sample.
+    chain : Chain
+        Behind a whitening filter height differs from the barometer by design, and nothing is said.
+    """
+    new = np.isfinite(altitude)
+    if chain.conditioner.whitening is not None or not new.any():
+        return []
+    block = ((track.t - track.t[0]) // DIVERGENCE_OVER).astype(int)[new]
+    count = np.maximum(np.bincount(block), 1)
+    apart = np.abs(np.bincount(block, (track.height - altitude)[new]) / count)
+    worst = int(np.argmax(apart))
+    if apart[worst] < DIVERGENCE:
+        return []
+    first = int(np.argmax(apart >= DIVERGENCE))
+    message = (
+        f"The track leaves the barometer by up to {apart[worst]:.3g} m, first after "
+        f"{first * DIVERGENCE_OVER:g} s: the tilt was lost or a sensor saturated, so don't believe height "
+        "and velocity from there on."
+    )
+    return [Finding("diverged", "warning", message)]
 
 
 def _about_whitening(chain: Chain) -> list[Finding]:

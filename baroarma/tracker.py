@@ -24,7 +24,7 @@ from baroarma.estimators.base import Alignment, AttitudeEstimator, HeightEstimat
 from baroarma.estimators.conditioning import CONDITIONINGS, conditioner_of
 from baroarma.estimators.strapdown import bourke_track
 from baroarma.finding import Finding
-from baroarma.fitness import needs_imu, reading_notes, refuse_unfit, track_findings
+from baroarma.fitness import divergence, needs_imu, reading_notes, refuse_unfit, track_findings
 from baroarma.noise_model import NoiseModel
 from baroarma.presets import Preset, find_preset
 from baroarma.recording import Recording
@@ -182,7 +182,10 @@ class Tracker:
         self._chain = self._aligned(elapsed[:start], early.accel, early.gyro, altitude[:start], dt=dt)
         found = self._chain.run(recording.rows(slice(start, None)), altitude[start:], dt)
         findings = track_findings(recording, self.settings, self.noise, self._chain, aligned_over=ALIGNMENT)
-        return _track(recording, start, found, self.settings.name, findings)
+        track = _track(recording, start, found, self.settings.name, findings)
+        return replace(
+            track, findings=(*findings, *divergence(track, altitude - self._chain.zero, self._chain))
+        )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the tracker with its state, to go on with `load` exactly where it stopped (a pickle)."""

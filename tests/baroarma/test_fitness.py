@@ -70,3 +70,30 @@ def test_an_alignment_while_walking_is_named(shared_data):
     ride = ba.read(*(folder / f"elevator_{stream}.csv.gz" for stream in ("baro", "acc", "gyr")))
     assert codes(ride.between(0, 5), "sg14-a", None) == []
     assert codes(ride.between(9, 15), "sg14-a", None) == ["not-at-rest"]
+
+
+def test_a_track_that_leaves_the_barometer_says_where():
+    log = simulate("lift", duration=60, seed=1)
+    tilted = np.where((log.t > 20)[:, None], log.accel * 1.05, log.accel)  # half a m/s² from then on
+    found = {
+        f.code: f
+        for f in Tracker.preset("tanigawa08", noise=BMP085.noise).run(replace(log, accel=tilted)).findings
+    }
+    assert "first after 20 s" in found["diverged"].message or "first after 25 s" in found["diverged"].message
+
+
+@pytest.mark.parametrize("preset", ["baroarma", "sg14-a", "sg14-b", "lee16"])
+def test_a_lift_ride_alone_is_no_divergence(preset):
+    # sg14-b reports it too small by design and says "dc-gain" instead
+    track = Tracker.preset(preset, noise=BMP085.noise).run(simulate("lift", duration=120, seed=2))
+    assert "diverged" not in {f.code for f in track.findings}
+
+
+def test_real_hand_motions_follow_the_barometer_and_a_rocket_does_not(shared_data):
+    lift = ba.read(shared_data / "stampfly_tof_handheld" / "lift30cm_a.csv.gz")
+    rocket = shared_data / "srp_altimu10_elevator_rocket"
+    flight = ba.read(*(rocket / f"rocket_{stream}.csv.gz" for stream in ("baro", "acc", "gyr")))
+    noise = ba.NoiseModel(0.143, 0.26, 0.211, 0.097, rate_hz=10)
+    assert "diverged" not in {f.code for f in Tracker(noise=noise).run(lift).findings}
+    # the accelerometer clips in the boost, the gyro after separation
+    assert "diverged" in {f.code for f in Tracker(noise=noise).run(flight).findings}
