@@ -104,8 +104,8 @@ def tally(results: Sequence[Result]) -> str:
     """Count the verdicts of several experiments in a sentence."""
     judged = [row for result in results for row in result.rows if row.published is not None]
     claims = [row.verdict for result in results for row in result.rows if row.published is None]
-    count = Counter("differs" if r.verdict.startswith("differs") else r.verdict for r in judged)
-    parts = [f"{count.pop(kind, 0)} {kind}" for kind in ("within 1 SD", "within 2 SD", "differs")]
+    count = Counter("differ" if r.verdict.startswith("differs") else r.verdict for r in judged)
+    parts = [f"{count.pop(kind, 0)} {kind}" for kind in ("within 1 SD", "within 2 SD", "differ")]
     parts += [f"{sum(count.values())} not judged"] if count else []
     agreeing, differing = (sum(v.startswith(w) for v in claims) for w in ("agrees", "differs"))
     text = f"{len(judged)} published numbers: {', '.join(parts)}"

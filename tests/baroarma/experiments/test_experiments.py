@@ -126,7 +126,7 @@ def test_every_number_that_differs_has_a_numbered_reason(results):
 def test_the_tally_counts_every_published_number(results):
     text = tally(list(results.values()))
     total, *counts = (int(word) for word in text.partition(";")[0].replace(":", "").split() if word.isdigit())
-    within = [counts[0], counts[2], counts[4]]  # "n within 1 SD, n within 2 SD, n differs"
+    within = [counts[0], counts[2], counts[4]]  # "n within 1 SD, n within 2 SD, n differ"
     assert (
         sum(within)
         == total
