@@ -165,7 +165,7 @@ class ArmaModel:
 
         SG13's own recipe [Secs. 2.4-2.5].  Time constants identified at one rate whiten only roughly at
         another, because averaging and decimation change the density of white noise; from a `NoiseModel`,
-        `NoiseModel.whitening_filter` starts from the density and whitens exactly.
+        `NoiseModel.whitening_filter` starts from the raw samples' density, which whitens far better.
 
         Parameters
         ----------
@@ -205,9 +205,9 @@ def gauss_markov_arma(
         return ArmaModel((-phi,), (), correlated_sd * math.sqrt(-math.expm1(-2 * dt / correlation_time)), dt)
     g1 = -phi * white_sd**2
     g0 = -(correlated_sd**2) * math.expm1(-2 * dt / correlation_time) + white_sd**2 * (1 + phi**2)
-    half = g0 / (2 * g1)  # b + 1/b = g0/g1 with |b| < 1
-    b = 1 / (half - math.sqrt(half**2 - 1))
-    return ArmaModel((-phi,), (b,), math.sqrt(g1 / b), dt)
+    # g0 = (1 + b²) sd² and g1 = b sd², with |b| < 1: sd² is the larger root; g1 may vanish, where dt >> tau
+    variance = (g0 + math.sqrt((g0 - 2 * g1) * (g0 + 2 * g1))) / 2
+    return ArmaModel((-phi,), (g1 / variance,), math.sqrt(variance), dt)
 
 
 def _radius(ar: tuple[float, ...]) -> float:

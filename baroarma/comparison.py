@@ -63,7 +63,7 @@ class Row:
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Hold the rows of a bake-off.
 
@@ -83,6 +83,9 @@ class Comparison:
     rows: tuple[Row, ...]
     reference_lag: float
     findings: tuple[Finding, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Comparison on {self.recording.name!r}: {', '.join(row.preset for row in self.rows)}>"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the documented JSON object."""
@@ -154,8 +157,8 @@ def compare(
     ----------
     recording : Recording
         What to track.
-    presets : sequence of str, optional
-        Names of presets; default: all.
+    presets : sequence of str or str, optional
+        Names of presets, or the name of one; default: all.
     noise : NoiseModel, optional
         The barometer's noise.
     reference_lag : float
@@ -173,7 +176,7 @@ def compare(
     >>> [row.preset for row in compare(squats, presets=("sg14-a", "baroarma"), noise=BMP085.noise).rows]
     ['sg14-a', 'baroarma']
     """
-    names = tuple(PRESETS) if presets is None else tuple(presets)
+    names = tuple(PRESETS) if presets is None else (presets,) if isinstance(presets, str) else tuple(presets)
     if not names:
         raise ValueError(f"there is nothing to compare; name some of {', '.join(PRESETS)}")
     trackers = [Tracker.preset(name, noise=noise) for name in names]

@@ -138,6 +138,8 @@ class NoiseModel:
         it).  Picking every n-th raw sample without averaging keeps `white_sd` instead; then use
         `dataclasses.replace(noise, rate_hz=...)`.
         """
+        if not (math.isfinite(rate_hz) and rate_hz > 0):
+            raise ValueError(f"the rate must be a positive number of Hz, but it is {rate_hz:g}")
         factor = math.sqrt(rate_hz / self.rate_hz)
         ci95 = self.ci95 and {
             **self.ci95,
@@ -150,6 +152,8 @@ class NoiseModel:
 
         The drift is not stationary and not in it.  White density is kept, as in `at_rate`.
         """
+        if not (math.isfinite(dt) and dt > 0):
+            raise ValueError(f"the sampling interval must be positive, but it is {dt:g} s")
         return gauss_markov_arma(
             correlated_sd=self.correlated_sd,
             correlation_time=self.correlation_time,
@@ -237,7 +241,10 @@ class NoiseModel:
 
         tau_p = tau and tau_o = tau sqrt(S_u / (S_u + 2 sigma_c² tau)) with the white noise's two-sided
         density S_u = sigma_u²/rate: what whitens raw samples at their own rate (SG13's zero time constant
-        tau alpha/sqrt(alpha²+beta²), Eq. 11, with the tau that its print lacks).
+        tau alpha/sqrt(alpha²+beta²), Eq. 11, with the tau that its print lacks).  That is an approximation
+        for tau_o of several sampling intervals: 0.5 % of ripple in the whitened density for SG13's noise at
+        50 Hz, 10 % at 10 Hz.  Below half an interval (little white noise, or none) the bilinear transform
+        would put the pole near Nyquist and make the filter ring; there the sampled process itself is undone.
 
         Parameters
         ----------
@@ -261,15 +268,14 @@ class NoiseModel:
         if not self.has_gauss_markov:
             note = "The model has no Gauss-Markov component: there is nothing to whiten, the filter is 1."
             return no_whitening(rate_hz=rate_hz, unity_gain_hz=unity_gain_hz, note=note)
-        tau = self.correlation_time
-        if self.white_sd == 0:  # the analogue inverse has no pole; undo the sampled process instead
-            tau = 1 / (2 * rate_hz * math.tanh(1 / (2 * rate_hz * tau)))
-            return synthesise(
-                tau_p=tau, tau_o=1 / (2 * rate_hz), rate_hz=rate_hz, unity_gain_hz=unity_gain_hz
-            )
-        correlated_density = 2 * self.correlated_sd**2 * tau
-        tau_o = tau * math.sqrt(self.white_density / (self.white_density + correlated_density))
-        return synthesise(tau_p=tau, tau_o=tau_o, rate_hz=rate_hz, unity_gain_hz=unity_gain_hz)
+        tau_p = self.correlation_time
+        correlated_density = 2 * self.correlated_sd**2 * tau_p
+        tau_o = tau_p * math.sqrt(self.white_density / (self.white_density + correlated_density))
+        if 2 * rate_hz * tau_o < 1:  # no analogue pole, or none that the bilinear transform can carry
+            sampled = self.arma(1 / rate_hz)
+            ma = sampled.ma or (0.0,)
+            tau_p, tau_o = replace(sampled, ma=ma).time_constants()
+        return synthesise(tau_p=tau_p, tau_o=tau_o, rate_hz=rate_hz, unity_gain_hz=unity_gain_hz)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the documented JSON object, format ``baroarma.noise-model`` version 1."""

@@ -57,6 +57,8 @@ class Tracker:
     ------
     ValueError
         For an unknown name or setting, or back-ends that don't fit together; the message says what does.
+    TypeError
+        If `noise` is something else than a NoiseModel.
 
     Examples
     --------
@@ -77,6 +79,11 @@ class Tracker:
         height_settings: dict[str, Any] | None = None,
     ) -> None:
         base = find_preset(preset)
+        if not isinstance(noise, NoiseModel | None):
+            raise TypeError(
+                f"noise is a NoiseModel, not {noise!r:.60}; NoiseModel.load reads one from a file, and what "
+                "identify returns has it as its model"
+            )
         self.noise = noise
         self.settings = _chosen(base, attitude, height, conditioning)
         self._attitude_settings = _settings(base, self.settings, "attitude") | (attitude_settings or {})
@@ -163,7 +170,11 @@ class Tracker:
         ------
         ValueError
             If the recording lacks what the preset needs; the message says what.
+        TypeError
+            If it is no Recording.
         """
+        if not isinstance(recording, Recording):
+            raise TypeError(f"run takes a Recording, not {recording!r:.60}; baroarma.read makes one of a file")
         refuse_unfit(recording, self.settings)
         self.reset()
         if self.settings.height is None:

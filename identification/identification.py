@@ -241,7 +241,9 @@ def identify(
     Raises
     ------
     ValueError
-        For an unknown method or term.
+        For an unknown method, term or split.
+    TypeError
+        If `rest` is no Recording.
 
     Examples
     --------
@@ -250,10 +252,14 @@ def identify(
     >>> found.model
     <NoiseModel at 50 Hz: white 0.4602 m, Gauss-Markov 0.2717 m / 0.8065 s, no drift>
     """
+    if not isinstance(rest, Recording):
+        raise TypeError(f"identify takes a Recording, not {rest!r:.60}; baroarma.read makes one from a file")
     if method not in ("structural", "windows"):
         raise ValueError(f"method {method!r} is unknown; choose 'structural' or 'windows'")
     if terms != "auto" and (not terms or not set(terms) <= {"white", "gm", "drift"}):
         raise ValueError(f"terms {terms!r} are unknown; choose 'auto' or some of 'white', 'gm', 'drift'")
+    if split not in ("exact", "bilinear"):
+        raise ValueError(f"split {split!r} is unknown; choose 'exact' or 'bilinear'")
     verdict = judge_recording(rest)
     if any(finding.severity == "error" for finding in verdict):
         return Identification(rest, None, verdict, method, temperature=temperature)

@@ -14,6 +14,8 @@ PLAUSIBLE_PRESSURE: Final = (1.2e3, 200e3)
 """Median pressure in Pa that a barometer may report: 30 km high to twice the sea level's."""
 LATEST_TIME: Final = 1e11
 """No time in seconds: the year 5138 when counted from 1970."""
+SLOWEST_LOG: Final = 4.0
+"""Median interval in s that makes one ask whether the times are in s: that of 250 Hz in ms."""
 FASTEST_GYRO: Final = 150.0
 """rad/s; twice the 4000 deg/s of the widest consumer gyros."""
 
@@ -53,12 +55,23 @@ def _pressure(recording: Recording) -> list[Finding]:
 def _time(recording: Recording) -> list[Finding]:
     last = float(np.abs(recording.t).max())
     if last < LATEST_TIME:
-        return []
+        return _interval(recording)
     return [
         Finding(
             "units", "error", f"A time of {last:.6g} s can't be; the values look like ms, us or ns: convert."
         )
     ]
+
+
+def _interval(recording: Recording) -> list[Finding]:
+    interval = float(np.median(np.diff(recording.t))) if len(recording) > 1 else 0.0
+    if interval < SLOWEST_LOG:
+        return []
+    text = (
+        f"The rows are {interval:.4g} s apart, slow for a barometer; if the times are in ms, us or ns, convert "
+        "them to s: every rate and time constant depends on it."
+    )
+    return [Finding("units", "warning", text)]
 
 
 def _accel(recording: Recording) -> list[Finding]:
