@@ -164,8 +164,8 @@ class ArmaModel:
         """Synthesise the filter that undoes this ARMA(1,1)'s shaping filter at another sampling rate.
 
         SG13's own recipe [Secs. 2.4-2.5].  Time constants identified at one rate whiten only roughly at
-        another, because averaging and decimation change the density of white noise; from a `NoiseModel`,
-        `NoiseModel.whitening_filter` starts from the raw samples' density, which whitens far better.
+        another, because averaging and decimation change the density of white noise;
+        `NoiseModel.whitening_filter` starts from the density.
 
         Parameters
         ----------

@@ -242,9 +242,10 @@ class NoiseModel:
         tau_p = tau and tau_o = tau sqrt(S_u / (S_u + 2 sigma_c² tau)) with the white noise's two-sided
         density S_u = sigma_u²/rate: what whitens raw samples at their own rate (SG13's zero time constant
         tau alpha/sqrt(alpha²+beta²), Eq. 11, with the tau that its print lacks).  That is an approximation
-        for tau_o of several sampling intervals: 0.5 % of ripple in the whitened density for SG13's noise at
-        50 Hz, 10 % at 10 Hz.  Below half an interval (little white noise, or none) the bilinear transform
-        would put the pole near Nyquist and make the filter ring; there the sampled process itself is undone.
+        for tau_o of several sampling intervals: the whitened density ripples by 0.5 % for SG13's noise at
+        50 Hz, by 9 % at 10 Hz, by a third where tau_o is half an interval.  Below that (little white noise,
+        or none) the bilinear transform would put the pole near Nyquist and make the filter ring; there the
+        sampled process itself is undone, which whitens exactly.
 
         Parameters
         ----------

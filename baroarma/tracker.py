@@ -138,7 +138,7 @@ class Tracker:
         TrackState or None
             The state now; None while aligning.
         """
-        force, rate = (np.full(3, np.nan) if v is None else np.asarray(v, float) for v in (accel, gyro))
+        force, rate = _vector("accel", accel), _vector("gyro", gyro)
         altitude = float(pressure_altitude(pressure))
         if self._chain is None:
             if not self._early:
@@ -174,7 +174,9 @@ class Tracker:
             If it is no Recording.
         """
         if not isinstance(recording, Recording):
-            raise TypeError(f"run takes a Recording, not {recording!r:.60}; baroarma.read makes one of a file")
+            raise TypeError(
+                f"run takes a Recording, not {recording!r:.60}; baroarma.read makes one of a file"
+            )
         refuse_unfit(recording, self.settings)
         self.reset()
         if self.settings.height is None:
@@ -355,6 +357,13 @@ def _track(
         name=recording.name,
         findings=findings,
     )
+
+
+def _vector(name: str, value: ArrayLike | None) -> Signal:
+    vector = np.full(3, np.nan) if value is None else np.asarray(value, float)
+    if vector.shape != (3,):
+        raise ValueError(f"{name} is a vector of three components, but has shape {vector.shape}")
+    return vector
 
 
 def _checked(dt: float) -> float:

@@ -1,7 +1,7 @@
 """Attitude estimators behind one height filter: `python benchmarks/attitudes.py [--seeds 5]`.
 
 Two minutes of each motion, `coloured-kalman` with the true noise model behind every attitude; rms over seeds
-of height m / velocity m/s.  Device `simple` has noise and bias, `wimu` scale errors, steps and bandwidth, too.
+of height m / velocity m/s.  Device `simple` has noise and bias; `wimu` also scale errors, steps, bandwidth.
 """
 
 import argparse

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from textwrap import indent
 from typing import TYPE_CHECKING, Any, Literal
@@ -24,6 +24,7 @@ from baroarma.identification.diagnostics import (
 from baroarma.identification.intervals import intervals
 from baroarma.identification.preprocessing import Conditioned, WindowSettings, condition, detrend, new_samples
 from baroarma.identification.problem import Problem, Signal, Term
+from baroarma.identification.stillness import judge_disturbance
 from baroarma.identification.structural import (
     StructuralFit,
     fit_second_gauss_markov,
@@ -301,6 +302,7 @@ def _structurally(
     gain = max((fit.bic - other.bic for other in fits if "gm2" in other.terms), default=0.0)
     gm_tried = terms == "auto" or "gm" in terms
     verdict += judge_model(model, duration=rest.duration, second_gm_gain=gain, gm_tried=gm_tried)
+    verdict = _each_once(verdict, judge_disturbance(problem.t[1:], residuals))
     model = replace(model, verdict=verdict)
     return Identification(
         rest, model, verdict, "structural", tuple(fits), residuals=residuals, temperature=temperature
@@ -327,12 +329,18 @@ def _by_windows(
         theta += [model.correlated_sd, model.correlation_time]
     residuals = Problem(t, detrend(t, height, settings.detrend_s)).innovations(np.array(theta))
     model = replace(model, whiteness_p=whiteness(residuals), source=_source(rest))
-    # each code once, from whoever knows most about it
-    for findings in (windows.findings, judge_model(model, duration=rest.duration)):
-        codes = {finding.code for finding in verdict}
-        verdict += tuple(finding for finding in findings if finding.code not in codes)
+    judged = judge_model(model, duration=rest.duration)
+    verdict = _each_once(verdict, windows.findings, judged, judge_disturbance(t[1:], residuals))
     model = replace(model, verdict=verdict)
     return Identification(rest, model, verdict, "windows", (), windows, residuals, temperature)
+
+
+def _each_once(verdict: tuple[Finding, ...], *more: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Add findings, each code once, from whoever came first and knows most about it."""
+    for findings in more:
+        codes = {finding.code for finding in verdict}
+        verdict += tuple(finding for finding in findings if finding.code not in codes)
+    return verdict
 
 
 def whiteness(residuals: Signal) -> dict[str, float]:

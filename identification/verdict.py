@@ -109,8 +109,8 @@ def minutes_wanting(model: NoiseModel, duration: float, precision: float = WANTE
     """Return how many more minutes would bring the correlation time's 95 % half-width to `precision`.
 
     The half-width of the interval of log(tau) falls with the square root of the duration; that of tau,
-    relative, is its hyperbolic sine.  None without a Gauss-Markov component or an interval; 0 when the log is
-    long enough.
+    relative, is its hyperbolic sine.  None without a Gauss-Markov component or an interval that excludes 0;
+    0 when the log is long enough.
     """
     half_width = _half_width(model)
     if half_width is None:
@@ -130,11 +130,19 @@ def _half_width(model: NoiseModel) -> float | None:
     if not model.has_gauss_markov or model.ci95 is None:
         return None
     low, high = model.ci95["correlation_time"]
+    if low == 0:  # not determined at all, as by less than three windows
+        return None
     return 0.5 * (high - low) / model.correlation_time
 
 
 def _too_short(model: NoiseModel, duration: float) -> list[Finding]:
     half_width, more = _half_width(model), minutes_wanting(model, duration)
+    if half_width is None and model.ci95 is not None:
+        message = (
+            f"{duration:.4g} s do not determine the correlation time: its interval reaches from 0 to "
+            f"{model.ci95['correlation_time'][1]:.3g} s; log for longer."
+        )
+        return [Finding("too-short", "warning", message)]
     if half_width is None or more is None or half_width <= TOLERATED_PRECISION:
         return []
     message = (

@@ -65,6 +65,11 @@ def whiten(
         write_text(out, text)
     else:
         click.echo(text, nl=False)
+    if arma is not None and arma[1] <= arma[0]:
+        say(
+            f"warning: B = {arma[1]:g} is not above A = {arma[0]:g}, so this is no Gauss-Markov plus white noise; "
+            "are the two swapped?"
+        )
     if whitening.note:
         say(whitening.note)
     elif abs(whitening.dc_gain - 1) > 1e-9:

@@ -68,8 +68,8 @@ def _interval(recording: Recording) -> list[Finding]:
     if interval < SLOWEST_LOG:
         return []
     text = (
-        f"The rows are {interval:.4g} s apart, slow for a barometer; if the times are in ms, us or ns, convert "
-        "them to s: every rate and time constant depends on it."
+        f"The rows are {interval:.4g} s apart, slow for a barometer; if the times are in ms, us or ns, "
+        "convert them to s: every rate and time constant depends on it."
     )
     return [Finding("units", "warning", text)]
 

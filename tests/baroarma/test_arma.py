@@ -85,3 +85,9 @@ def test_the_filter_the_paper_really_used():
 def test_impossible_models_are_refused(bad):
     with pytest.raises(ValueError, match=r"must|not stationary"):
         ArmaModel(**{"ar": (-0.5,), "ma": (), "sd": 1.0, "dt": 0.1, **bad})
+
+
+@pytest.mark.parametrize("ratio", [1e-3, 1.0, 30.0, 400.0, 1000.0])
+def test_the_variance_is_the_sum_of_the_components_however_long_the_interval(ratio):
+    model = gauss_markov_arma(correlated_sd=0.3, correlation_time=1 / ratio, white_sd=0.4, dt=1.0)
+    assert model.autocovariance(1) == pytest.approx([0.25, 0.09 * np.exp(-ratio)])

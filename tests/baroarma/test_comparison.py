@@ -95,3 +95,8 @@ def test_the_frame_has_a_row_per_preset(found):
     frame = found.to_frame()
     assert list(frame["preset"]) == ["sg14-b", "baroarma"]
     assert "sg14-b" in found._repr_html_()
+
+
+def test_one_preset_may_be_named_without_a_list(squat):
+    alone = compare(squat, presets="sg14-a", noise=BMP085.noise)
+    assert repr(alone) == "<Comparison on 'squat': sg14-a>"

@@ -117,3 +117,11 @@ def test_the_density_sets_the_zero_time_constant():
     w = SG13.whitening_filter()
     s_u, s_c = 0.46**2 / 50, 2 * 0.27**2 * 0.75
     assert 1 / (2 * math.pi * w.pole_hz) == pytest.approx(0.75 * math.sqrt(s_u / (s_u + s_c)))
+
+
+@pytest.mark.parametrize("value", [0, -1, float("nan")])
+def test_a_rate_or_an_interval_that_cannot_be_is_named(value):
+    with pytest.raises(ValueError, match="the rate must be a positive number of Hz"):
+        SG13.at_rate(value)
+    with pytest.raises(ValueError, match="the sampling interval must be positive"):
+        SG13.arma(value)

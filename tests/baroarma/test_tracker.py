@@ -357,3 +357,17 @@ def test_fewer_barometer_samples_cost_little(preset):
             off.append(np.mean((track.height - recording.reference) ** 2))
         rms[how] = math.sqrt(np.mean(off))
     assert max(rms.values()) < 1.28 * rms["all"]
+
+
+def test_what_is_no_noise_model_or_recording_is_told_what_to_do():
+    with pytest.raises(
+        TypeError, match=r"noise is a NoiseModel, not 'noise.json'; NoiseModel.load reads one"
+    ):
+        Tracker(noise="noise.json")
+    with pytest.raises(TypeError, match=r"run takes a Recording, not 'walk.csv'; baroarma.read makes one"):
+        Tracker(noise=BMP085.noise).run("walk.csv")
+
+
+def test_a_vector_of_two_components_is_refused_at_once():
+    with pytest.raises(ValueError, match=r"accel is a vector of three components, but has shape \(2,\)"):
+        Tracker(noise=BMP085.noise).step(dt=0.02, accel=[0, 9.8], gyro=[0, 0, 0], pressure=1e5)

@@ -269,3 +269,16 @@ def test_second_opinions_come_as_text_with_reasons_where_they_cannot():
     assert "nan" not in clean
     white = identify(simulate_rest(300, seed=1, barometer=Barometer(NoiseModel(0, 0, 0.4, rate_hz=50))))
     assert "no Gauss-Markov noise to whiten" in white.diagnostics()
+
+
+def test_a_file_name_instead_of_a_recording_is_told_what_to_do():
+    with pytest.raises(
+        TypeError, match=r"identify takes a Recording, not 'rest.csv'; baroarma.read makes one"
+    ):
+        identify("rest.csv")
+
+
+@pytest.mark.parametrize("method", ["structural", "windows"])
+def test_an_unknown_split_is_refused_by_either_method(rest, method):
+    with pytest.raises(ValueError, match="split 'even' is unknown"):
+        identify(rest, method=method, split="even")

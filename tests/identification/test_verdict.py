@@ -258,3 +258,28 @@ def test_two_correlation_times_are_a_warning():
 def test_a_model_without_intervals_or_p_values_can_be_judged():
     assert judge_model(BMP085.noise, duration=600) == ()
     assert codes(judge_model(NoiseModel(0, 0, 0.4, rate_hz=50), duration=600)) == {"no-gm"}
+
+
+def test_an_interval_down_to_zero_says_that_the_correlation_time_is_unknown():
+    half_a_minute = identify(simulate_rest(30, seed=5), method="windows")  # one window: no scatter to see
+    finding = only(half_a_minute.verdict, "too-short")
+    assert "do not determine the correlation time" in finding.message
+    assert half_a_minute.minutes_wanting is None
+
+
+@pytest.mark.parametrize("method", ["structural", "windows"])
+def test_a_bump_too_small_for_a_ten_second_mean_is_still_named(method):
+    rest = simulate_rest(300, seed=6)
+    bump = np.zeros(len(rest))
+    bump[7500:7600] = -60 * np.hanning(100)  # lifted by 5 m for 2 s, at 150 s
+    found = identify(replace(rest, pressure=rest.pressure + bump), method=method)
+    finding = only(found.verdict, "moving")
+    assert finding.severity == "warning"
+    assert "near 150 s" in finding.message or "near 151 s" in finding.message
+    assert all(f.code != "moving" for f in identify(rest, method=method).verdict)
+
+
+def test_rests_without_a_bump_are_not_accused():
+    for seed in range(10):
+        codes = [f.code for f in identify(simulate_rest(600, seed=seed), terms=("white",)).verdict]
+        assert "moving" not in codes  # not even where the model asked for misses most of the noise

@@ -109,3 +109,11 @@ def test_out_gets_what_stdout_would(tmp_path, capsys, noise_json):
         assert main(["whiten", noise_json, "--format", form, "--out", str(tmp_path / form)]) == 0
         assert capsys.readouterr().out == ""
         assert (tmp_path / form).read_text() == text
+
+
+def test_swapped_coefficients_are_pointed_out(capsys):
+    arguments = ["--interval", "0.1", "--rate", "50", "--unity-gain-at", "25"]
+    assert main(["whiten", "--arma", "-0.52", "-0.86", *arguments]) == 0
+    assert "are the two swapped?" in capsys.readouterr().err
+    assert main(["whiten", "--arma", "-0.86", "-0.52", *arguments]) == 0
+    assert "swapped" not in capsys.readouterr().err

@@ -1,5 +1,7 @@
 """Units that can't be are named; units that may be are left alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,3 +74,11 @@ def test_nanoseconds_are_not_seconds_but_unix_time_is_time():
     (found,) = unit_findings(recording(start=1.7e15))
     assert (found.code, found.severity) == ("units", "error")
     assert unit_findings(recording(start=1.7e9)) == ()
+
+
+def test_milliseconds_since_the_start_are_asked_about():
+    log = recording()
+    (found,) = unit_findings(replace(log, t=log.t * 20.0))  # 50 Hz in ms
+    assert (found.code, found.severity) == ("units", "warning")
+    assert "20 s apart" in found.message
+    assert unit_findings(replace(log, t=log.t * 2.0)) == ()
