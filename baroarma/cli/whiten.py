@@ -67,8 +67,8 @@ def whiten(
         click.echo(text, nl=False)
     if arma is not None and arma[1] <= arma[0]:
         say(
-            f"warning: B = {arma[1]:g} is not above A = {arma[0]:g}, so this is no Gauss-Markov plus white noise; "
-            "are the two swapped?"
+            f"warning: B = {arma[1]:g} is not above A = {arma[0]:g}, so this is no Gauss-Markov plus white "
+            "noise; are the two swapped?"
         )
     if whitening.note:
         say(whitening.note)
