@@ -200,6 +200,8 @@ def _row(tracker: Tracker, recording: Recording, reference_lag: float) -> Row:
 def _late(rows: tuple[Row, ...], recording: Recording, reference_lag: float) -> tuple[Finding, ...]:
     """Say when the reference is late, by the median over the presets that can tell."""
     tracks = [row.track for row in rows if row.track is not None and recording.accel is not None]
+    # a whitened barometer shifts the phase of slow motion, which would look like a lag
+    tracks = [track for track in tracks if "dc-gain" not in {finding.code for finding in track.findings}]
     lags = [lag for track in tracks if (lag := estimate_reference_lag(track, recording)) is not None]
     if not lags or abs(statistics.median(lags) - reference_lag) < NOTICEABLE_LAG:
         return ()

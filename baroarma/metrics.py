@@ -16,6 +16,11 @@ ZEROED_OVER: Final = 1.0
 """Seconds at the start over which track and reference are both zeroed."""
 DIFFERENTIATED_OVER: Final = 0.2
 """Seconds around an instant over which a reference without velocity is differentiated."""
+ASIDE: Final = 0.1
+"""Seconds beside the best lag at which the velocities must fit worse,"""
+SHARP: Final = 1.03
+"""by this factor of the variance left unexplained: real hand motions make 1.06 to 1.25, a lift at constant
+speed 1.004 (chosen by us)."""
 LAG_STEP: Final = 0.005
 """Grid of the lags that are tried, s; a parabola goes between them."""
 ENOUGH_CORRELATION: Final = 0.7
@@ -112,13 +117,17 @@ def estimate_reference_lag(track: Track, recording: Recording, longest: float = 
     Returns
     -------
     float or None
-        None when the reference hardly moves or hardly correlates, or the best lag is the longest.
+        None when the reference hardly moves or hardly correlates, the best lag is the longest, or another one
+        is about as good.
     """
     lags = LAG_STEP * np.arange(-round(longest / LAG_STEP), round(longest / LAG_STEP) + 1)
     scores = np.array([_correlation(track, recording, lag) for lag in lags])
     best = int(np.argmax(scores))
     if scores[best] < ENOUGH_CORRELATION or not 0 < best < len(lags) - 1:
         return None
+    aside = [_correlation(track, recording, lags[best] + shift) for shift in (-ASIDE, ASIDE)]
+    if 1 - max(aside) ** 2 < SHARP * (1 - scores[best] ** 2):
+        return None  # a slow motion fits about as well at any lag
     left, top, right = scores[best - 1 : best + 2]
     bend = left - 2 * top + right
     return float(lags[best] + (LAG_STEP / 2 * (left - right) / bend if bend < 0 else 0.0))

@@ -94,3 +94,11 @@ def test_the_laser_of_the_lifts_is_a_fifth_of_a_second_late(name, shared_data):
     # its README, from accelerations: 0.20 to 0.22 s; presets differ by 0.02 s, hence the wider band
     found = estimate_reference_lag(Tracker().run(recording), recording)
     assert 0.19 < found < 0.25
+
+
+def test_a_slow_motion_says_nothing_about_a_lag():
+    """A lift at constant speed fits its reference about as well half a second later."""
+    lift = simulate("lift", duration=120, seed=3)
+    for preset in ("baroarma", "sg14-a"):
+        track = Tracker.preset(preset, noise=BMP085.noise).run(lift)
+        assert estimate_reference_lag(track, lift) is None
