@@ -18,15 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.estimators.attitude.kernels import LONGEST_HOLD
-from baroarma.estimators.base import AttitudeEstimator, HeightEstimator, HeightRun
+from baroarma.estimators.base import UNSEEN_WALK, AttitudeEstimator, HeightEstimator, HeightRun
 from baroarma.estimators.conditioning import Conditioner
 from baroarma.recording import Recording
 from baroarma.track import TrackState
 
 Signal = NDArray[np.float64]
-UNSEEN_WALK: Final = 0.5
-"""How far the velocity wanders that no accelerometer sees: 0.5 m/s in a second, as people and lifts start and
-stop; m/s per sqrt(s), chosen by us."""
 _ROUNDING: Final = 1e-6  # s; `step` sums intervals where `run` subtracts times
 
 

@@ -36,6 +36,14 @@ JSON_KEYS: Final = (
     "white_sd_m",
     "drift_rate_m_per_sqrt_s",
 )
+TERM_NAMES: Final = {"white": "white", "drift": "drift", "gm": "Gauss-Markov", "gm2": "second Gauss-Markov"}
+"""What people call the terms of a model."""
+TEST_NAMES: Final = {
+    "ljung_box_10": "Ljung-Box over 10 lags",
+    "ljung_box_40": "Ljung-Box over 40 lags",
+    "bartlett": "Bartlett's cumulative periodogram",
+}
+"""What people call the whiteness tests, by their keys in `NoiseModel.whiteness_p`."""
 Interval = tuple[float, float]
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from baroarma.noise_model import PARAMETERS, NoiseModel
+from baroarma.noise_model import PARAMETERS, TERM_NAMES, TEST_NAMES, NoiseModel
 from baroarma.page import (
     Block,
     Code,
@@ -93,12 +93,6 @@ NAMES: Final = {
     "correlation_time": ("correlation time", "s"),
     "white_sd": ("white sd", "m"),
     "drift_rate": ("drift rate", "m/√s"),
-}
-TERMS: Final = {"white": "white", "drift": "drift", "gm": "Gauss-Markov", "gm2": "second Gauss-Markov"}
-TESTS: Final = {
-    "ljung_box_10": "Ljung-Box over 10 lags",
-    "ljung_box_40": "Ljung-Box over 40 lags",
-    "bartlett": "Bartlett's cumulative periodogram",
 }
 
 
@@ -265,7 +259,7 @@ _CAPTIONS: Final = {
 
 def _terms(found: Identification) -> Table:
     least = found.fits[0].bic
-    rows = tuple((" + ".join(TERMS[t] for t in f.terms), f"{f.bic - least:.1f}") for f in found.fits)
+    rows = tuple((" + ".join(TERM_NAMES[t] for t in f.terms), f"{f.bic - least:.1f}") for f in found.fits)
     caption = (
         "By BIC: smaller is better, and a difference of 10 is decisive.  The model reported is the best of "
         "those with at most one Gauss-Markov term."
@@ -274,7 +268,7 @@ def _terms(found: Identification) -> Table:
 
 
 def _whiteness(p: dict[str, float]) -> Table:
-    rows = tuple((TESTS.get(name, name), f"{value:.2g}", _in_words(value)) for name, value in p.items())
+    rows = tuple((TEST_NAMES.get(name, name), f"{value:.2g}", _in_words(value)) for name, value in p.items())
     return Table(("test", "p", "meaning"), rows, "A p-value below 0.01 says that the model misses structure.")
 
 

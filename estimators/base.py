@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, Literal, NamedTuple
+from typing import ClassVar, Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,9 @@ from numpy.typing import NDArray
 from baroarma.atmosphere import STANDARD_GRAVITY
 
 Signal = NDArray[np.float64]
+UNSEEN_WALK: Final = 0.5
+"""How far the velocity wanders that no accelerometer sees: 0.5 m/s in a second, as people and lifts start and
+stop; m/s per sqrt(s), chosen by us."""
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from baroarma.identification.structural import (
 from baroarma.identification.surrogates import whitened_surrogate, zero_pole_cancellation
 from baroarma.identification.verdict import judge_model, judge_recording, minutes_wanting
 from baroarma.identification.windows import WindowsResult, identify_windows
-from baroarma.noise_model import JSON_KEYS, NoiseModel
+from baroarma.noise_model import JSON_KEYS, TERM_NAMES, NoiseModel
 from baroarma.recording import Recording
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ class Identification:
             least = self.fits[0].bic
             lines.append("  terms compared: BIC above the best")
             lines += [
-                f"    {' + '.join(_LABELS[t] for t in f.terms):40}{f.bic - least:10.1f}" for f in self.fits
+                f"    {' + '.join(TERM_NAMES[t] for t in f.terms):40}{f.bic - least:10.1f}" for f in self.fits
             ]
         if self.windows is not None:
             lines.append(self.windows.summary())
@@ -267,9 +267,6 @@ def identify(
     if method == "windows":
         return _by_windows(rest, verdict, split, settings, temperature)
     return _structurally(rest, verdict, terms, temperature)
-
-
-_LABELS = {"white": "white", "drift": "drift", "gm": "Gauss-Markov", "gm2": "second Gauss-Markov"}
 
 
 def _structurally(

@@ -12,6 +12,7 @@ drift.
 from __future__ import annotations
 
 import math
+from statistics import NormalDist
 from typing import Final
 
 import numpy as np
@@ -21,7 +22,7 @@ from baroarma.identification.scoring import maximise
 from baroarma.identification.structural import StructuralFit, fit_terms
 from baroarma.noise_model import Interval
 
-Z95: Final = 1.959963985
+Z95: Final = NormalDist().inv_cdf(0.975)
 """Two-sided 95 % quantile of the normal distribution."""
 CHI95: Final = Z95**2
 """95 % quantile of the chi-squared distribution with one degree of freedom."""

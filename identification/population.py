@@ -16,12 +16,11 @@ import numpy as np
 
 from baroarma.finding import Finding
 from baroarma.identification.diagnostics import anova
+from baroarma.identification.intervals import Z95
 from baroarma.noise_model import PARAMETERS, Interval, NoiseModel
 
 if TYPE_CHECKING:
     from baroarma.identification.identification import Identification
-
-Z95 = NormalDist().inv_cdf(0.975)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from baroarma.atmosphere import metres_per_pascal
 from baroarma.finding import Finding, Severity
 from baroarma.identification.stillness import judge_stillness
-from baroarma.noise_model import NoiseModel
+from baroarma.noise_model import TEST_NAMES, NoiseModel
 from baroarma.recording import Recording
 
 Signal = NDArray[np.float64]
@@ -96,7 +96,7 @@ def judge_model(
         found.append(Finding("two-time-constants", "warning", message))
     rejected = {name: p for name, p in (model.whiteness_p or {}).items() if p < SIGNIFICANT}
     if rejected:
-        tests = ", ".join(f"{_TESTS.get(name, name)} p = {p:.2g}" for name, p in rejected.items())
+        tests = ", ".join(f"{TEST_NAMES.get(name, name)} p = {p:.2g}" for name, p in rejected.items())
         message = (
             f"The prediction errors of this model are not white ({tests}): the noise has structure that "
             "white + Gauss-Markov + drift does not describe."
@@ -117,13 +117,6 @@ def minutes_wanting(model: NoiseModel, duration: float, precision: float = WANTE
         return None
     ratio = math.asinh(half_width) / math.asinh(precision)
     return max(0.0, duration * (ratio**2 - 1) / 60)
-
-
-_TESTS = {
-    "ljung_box_10": "Ljung-Box over 10 lags",
-    "ljung_box_40": "Ljung-Box over 40 lags",
-    "bartlett": "Bartlett's cumulative periodogram",
-}
 
 
 def _half_width(model: NoiseModel) -> float | None:

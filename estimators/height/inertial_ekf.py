@@ -13,14 +13,14 @@ not their equations, and all constants are chosen by us.
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar, Final, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 from numpy.typing import NDArray
 
 from baroarma.estimators.attitude.kernels import LONGEST_HOLD
-from baroarma.estimators.base import Alignment, HeightEstimator, HeightRun, HeightState
+from baroarma.estimators.base import UNSEEN_WALK, Alignment, HeightEstimator, HeightRun, HeightState
 from baroarma.estimators.height import inertial_model as model
 from baroarma.estimators.height.complementary import SG14_ALTITUDE_SD
 from baroarma.estimators.height.drive import nominal_interval
@@ -29,8 +29,6 @@ from baroarma.estimators.height.kalman import white_sd
 from baroarma.noise_model import NoiseModel
 
 Signal = NDArray[np.float64]
-UNSEEN_WALK: Final = 0.5
-"""How far the velocity wanders that a gap in the accelerometer hides, m/s per sqrt(s) (chosen by us)."""
 
 
 class InertialEkf(ExtendedKalmanFilter, HeightEstimator):

@@ -16,6 +16,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from baroarma.rotation import skew
+
 Signal = NDArray[np.float64]
 
 STATES: Final = 15
@@ -97,9 +99,3 @@ def rotation_jacobian(phi: Signal) -> Signal:
     # (angle - sin angle)/angle³ loses its digits near 0, where its series serves
     cubic = (angle - math.sin(angle)) / angle**3 if angle > 1e-2 else (1 - angle**2 / 20) / 6
     return np.eye(3) + np.sinc(angle / 2 / np.pi) ** 2 / 2 * cross + cubic * cross @ cross
-
-
-def skew(v: Signal) -> Signal:
-    """Return the matrix [v x] with [v x] w = v x w, (3, 3)."""
-    x, y, z = v
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
