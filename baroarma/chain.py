@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from baroarma.estimators.attitude.kernels import LONGEST_HOLD
 from baroarma.estimators.base import UNSEEN_WALK, AttitudeEstimator, HeightEstimator, HeightRun
 from baroarma.estimators.conditioning import Conditioner
+from baroarma.estimators.stillness import Stillness
 from baroarma.recording import Recording
 from baroarma.track import TrackState
 
@@ -51,6 +52,8 @@ class Chain:
         The barometer's own rate while aligning, Hz.
     with_imu : bool
         Whether there is an IMU.
+    stillness : Stillness, optional
+        Tells a height estimator that wants to know when the IMU feels nothing.
     """
 
     def __init__(
@@ -62,9 +65,10 @@ class Chain:
         zero: float,
         rate_hz: float,
         with_imu: bool,
+        stillness: Stillness | None = None,
     ) -> None:
         self.attitude, self.height, self.conditioner = attitude, height, conditioner
-        self.zero, self.rate_hz, self.with_imu = zero, rate_hz, with_imu
+        self.zero, self.rate_hz, self.with_imu, self.stillness = zero, rate_hz, with_imu, stillness
         self._acceleration, self._velocity, self._age = 0.0, 0.0, 0.0
 
     def step(
@@ -83,8 +87,13 @@ class Chain:
             a = self.attitude.step(dt=dt, accel=accel, gyro=gyro, attitude=attitude).acceleration
             self._age = self._age + dt if np.isnan(a) else 0.0
             used, sd = _driven(np.array([a]), np.array([self._age]), np.array([dt]))
+            still = self.stillness is not None and self.stillness.step(dt=dt, accel=accel, gyro=gyro)
             state = self.height.step(
-                dt=dt, altitude=z, acceleration=float(used[0]), acceleration_sd=float(sd[0])
+                dt=dt,
+                altitude=z,
+                acceleration=float(used[0]),
+                acceleration_sd=float(sd[0]),
+                at_rest=still,
             )
             self._acceleration = self._acceleration if np.isnan(used[0]) else float(used[0])
         self._velocity = state.velocity
@@ -108,7 +117,9 @@ class Chain:
             a = self.attitude.run(rows.t, rows.accel, rows.gyro, rows.reference_attitude).acceleration
             age = _age(rows.t, a, self._age + dt)
             used, sd = _driven(a, age, steps)
-            found = ChainRun(self.height.run(rows.t, z, used, sd), _held(used, self._acceleration))
+            still = self.stillness and self.stillness.run(rows.t, rows.accel, rows.gyro, dt)
+            height = self.height.run(rows.t, z, used, sd, at_rest=still)
+            found = ChainRun(height, _held(used, self._acceleration))
             self._age = float(age[-1])
         self._acceleration, self._velocity = float(found.acceleration[-1]), float(found.height.velocity[-1])
         return found

@@ -22,6 +22,7 @@ from baroarma.estimators import attitude_estimator, height_estimator
 from baroarma.estimators.attitude.alignment import align
 from baroarma.estimators.base import Alignment, AttitudeEstimator, HeightEstimator
 from baroarma.estimators.conditioning import CONDITIONINGS, conditioner_of
+from baroarma.estimators.stillness import Stillness
 from baroarma.estimators.strapdown import bourke_track
 from baroarma.finding import Finding
 from baroarma.fitness import divergence, needs_imu, reading_notes, refuse_unfit, track_findings
@@ -295,8 +296,17 @@ class Tracker:
         height.reset(alignment)
         if self._attitude is not None:
             self._attitude.reset(alignment)
-        imu = self._with_imu
-        return Chain(self._attitude, height, conditioner, zero=zero, rate_hz=rate_hz, with_imu=imu)
+        imu, stillness = self._with_imu, None
+        if height.listens_to_rest and imu and self._attitude is not None:
+            assert accel is not None
+            assert gyro is not None
+            stillness = Stillness(alignment)
+            still = stillness.run(t, accel, gyro)
+            # this second's altitudes tell the offset; what came before it knows no other height
+            height.run(t, altitude - zero, np.zeros(len(t)), at_rest=still)
+        return Chain(
+            self._attitude, height, conditioner, zero=zero, rate_hz=rate_hz, with_imu=imu, stillness=stillness
+        )
 
     def _rate_of(self, t: Signal) -> float:
         """Rate of the barometer's new samples in Hz; with fewer than two, the noise model's."""

@@ -36,7 +36,9 @@ def consistency(way, noise, runs):
         z, a = noise.simulate(t, rng), rng.normal(scale=0.025, size=ROWS)
         kf = height_estimator(name, noise=noise, acceleration_sd=0.025, initial_velocity_sd=1e-3, **settings)
         for k in range(300 if i % 5 == 0 else 0):  # the filterpy steps, whose innovations we want
-            kf.step(dt=0.02, altitude=z[k], acceleration=a[k])
+            if k:
+                kf.predict(a[k - 1])
+            kf.update(z[k])
             nis.append(kf.mahalanobis**2)
         kf.reset()
         run = kf.run(t, z, a)

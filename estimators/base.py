@@ -38,11 +38,15 @@ class Alignment:
         Mean angular rate at rest, rad/s.
     gravity : float
         Mean modulus of the specific force, m/s² (an accelerometer's scale error included).
+    accel_sd, gyro_sd : float
+        White noise of one sample and axis, m/s² and rad/s; NaN: not known.
     """
 
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
     gyro_bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gravity: float = STANDARD_GRAVITY
+    accel_sd: float = float("nan")
+    gyro_sd: float = float("nan")
 
 
 class AttitudeState(NamedTuple):
@@ -115,6 +119,8 @@ class HeightEstimator(ABC):
 
     input: ClassVar[Literal["acceleration", "imu"]] = "acceleration"
     """What it integrates: a vertical acceleration, or accelerometer and gyro themselves."""
+    listens_to_rest: bool = False
+    """Whether it wants to be told when the IMU is still, and judges for itself what follows."""
 
     @abstractmethod
     def reset(self, alignment: Alignment | None = None) -> None:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from baroarma.noise_model import NoiseModel
 
 ATTITUDE: Final = {
+    "robust": "baroarma.estimators.attitude.robust:RobustAttitude",
     "quaternion-ekf": "baroarma.estimators.attitude.quaternion_ekf:QuaternionEkf",
     "tilt-kalman": "baroarma.estimators.attitude.tilt_kalman:TiltKalman",
     "accelerometer-norm": "baroarma.estimators.attitude.accelerometer_norm:AccelerometerNorm",

@@ -2,7 +2,8 @@
 
 `read` turns the files of one recording into a `Recording`: values checked, streams on one clock, held
 samples blanked, impossible units named.  `read_all` does so for many.  `write_csv` is the way back.
-The columns are listed in `baroarma.formats.columns`.
+The columns of our own files are listed in `baroarma.formats.columns`; the logs of others, each told by its
+suffix, in the modules `ulog`, `ardupilot`, `phone` and `rosbag`.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ import hashlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from baroarma.atomic import replacing
 from baroarma.formats.columns import COLUMNS, WRITTEN
@@ -29,6 +31,14 @@ __all__ = ["UnreadableError", "drop_held_samples", "read", "read_all", "write_cs
 
 StrPath = str | os.PathLike[str]
 
+LOG_READERS: Final = {
+    ".ulg": ("baroarma.formats.ulog", "read_ulog"),
+    ".bin": ("baroarma.formats.ardupilot", "read_ardupilot"),
+    ".zip": ("baroarma.formats.phone", "read_phone"),
+    **dict.fromkeys((".mcap", ".db3", ".bag"), ("baroarma.formats.rosbag", "read_rosbag")),
+}
+"""Suffix -> module and function that read such a log's streams."""
+
 
 def read(*paths: StrPath, mapping: Mapping[str, str] | None = None, name: str | None = None) -> Recording:
     r"""Read the file, or the files, of one recording.
@@ -36,10 +46,11 @@ def read(*paths: StrPath, mapping: Mapping[str, str] | None = None, name: str | 
     Parameters
     ----------
     *paths : str or path
-        CSV (`.csv`, `.csv.gz`) or Parquet (`.parquet`); several are streams of one recording on a common
-        clock, of which one has the pressure.
+        CSV (`.csv`, `.csv.gz`) or Parquet (`.parquet`); a log of PX4 (`.ulg`) or ArduPilot (`.bin`); an
+        export of phyphox or Sensor Logger (`.zip`, or its folder); a ROS bag (its folder, `.mcap`, `.db3`
+        or `.bag`).  Several are streams of one recording on a common clock, of which one has the pressure.
     mapping : mapping of str to str, optional
-        Our column name -> the file's, such as ``{"pressure_pa": "BaroPress"}``.
+        Our column name -> the file's, such as ``{"pressure_pa": "BaroPress"}``; for CSV and Parquet.
     name : str, optional
         What to call the recording; default: the first file's name without suffixes.
 
@@ -64,9 +75,9 @@ def read(*paths: StrPath, mapping: Mapping[str, str] | None = None, name: str | 
     """
     if not paths:
         raise ValueError("read() needs at least one file; it got none")
-    tables = [_table(os.fspath(path), mapping) for path in paths]
-    _refuse_unused(tables, mapping)
-    return _recording(tables, name)
+    files = [_file(os.fspath(path), mapping) for path in paths]
+    _refuse_unused(files, mapping)
+    return _recording(files, name)
 
 
 def read_all(paths: Sequence[StrPath], *, mapping: Mapping[str, str] | None = None) -> list[Recording]:
@@ -84,13 +95,14 @@ def read_all(paths: Sequence[StrPath], *, mapping: Mapping[str, str] | None = No
     UnreadableError
         As `read`; or if the first file has no pressure.
     """
-    tables = [_table(os.fspath(path), mapping) for path in paths]
-    _refuse_unused(tables, mapping)
-    groups: list[list[Table]] = []
-    for table in tables:
-        if not groups or any(COLUMNS[column].field == "pressure" for column in table.values):
+    files = [_file(os.fspath(path), mapping) for path in paths]
+    _refuse_unused(files, mapping)
+    groups: list[list[File]] = []
+    for file in files:
+        columns = [column for table in file.tables for column in table.values]
+        if not groups or any(COLUMNS[column].field == "pressure" for column in columns):
             groups.append([])
-        groups[-1].append(table)
+        groups[-1].append(file)
     return [_recording(group, None) for group in groups]
 
 
@@ -128,15 +140,18 @@ def _frame(recording: Recording) -> DataFrame:
     return pd.DataFrame(columns)
 
 
-def _table(path: str, mapping: Mapping[str, str] | None) -> Table:
-    from baroarma.formats.csv import read_csv
-    from baroarma.formats.parquet import read_parquet
+class File(NamedTuple):
+    """A file, or a folder that is one export, and the streams in it."""
+
+    path: str
+    tables: Sequence[Table]
+
+
+def _file(path: str, mapping: Mapping[str, str] | None) -> File:
     from baroarma.formats.table import checked
 
-    if os.path.isdir(path):
-        raise UnreadableError(f"{path}: this is a folder; name the file in it")
     try:
-        return checked((read_parquet if path.endswith(".parquet") else read_csv)(path, mapping))
+        return File(path, [checked(table) for table in _tables(path, mapping)])
     except FileNotFoundError as error:
         raise UnreadableError(f"{path}: there is no such file; check the name") from error
     except OSError as error:
@@ -145,22 +160,41 @@ def _table(path: str, mapping: Mapping[str, str] | None) -> Table:
         ) from error
 
 
-def _refuse_unused(tables: Sequence[Table], mapping: Mapping[str, str] | None) -> None:
-    headers = {column for table in tables for column in table.header}
+def _tables(path: str, mapping: Mapping[str, str] | None) -> Sequence[Table]:
+    """Read a file by the reader that its name or its folder's content asks for."""
+    kind = os.path.splitext(path)[1].lower()
+    if os.path.isdir(path):
+        kind = ".mcap" if os.path.isfile(os.path.join(path, "metadata.yaml")) else ".zip"
+    module, reader = LOG_READERS.get(kind, ("", ""))
+    if module:
+        os.stat(path)  # a log that isn't there is no damaged one
+        tables: Sequence[Table] = getattr(import_module(module), reader)(path)
+        return tables
+    if kind == ".parquet":
+        from baroarma.formats.parquet import read_parquet
+
+        return [read_parquet(path, mapping)]
+    from baroarma.formats.csv import read_csv
+
+    return [read_csv(path, mapping)]
+
+
+def _refuse_unused(files: Sequence[File], mapping: Mapping[str, str] | None) -> None:
+    headers = {column for file in files for table in file.tables for column in table.header}
     for ours, theirs in (mapping or {}).items():
         if theirs not in headers:
             raise UnreadableError(
-                f"{', '.join(table.path for table in tables)}: no column is called {theirs!r}, the name "
+                f"{', '.join(file.path for file in files)}: no column is called {theirs!r}, the name "
                 f"mapped to {ours}; check its spelling in the first line"
             )
 
 
-def _recording(tables: Sequence[Table], name: str | None) -> Recording:
+def _recording(files: Sequence[File], name: str | None) -> Recording:
     from baroarma.formats.streams import merge
     from baroarma.formats.units import unit_findings
 
-    recording = drop_held_samples(merge(tables))
-    paths = [Path(table.path) for table in tables]
+    recording = drop_held_samples(merge([table for file in files for table in file.tables]))
+    paths = [Path(file.path) for file in files]
     return replace(
         recording,
         name=_stem(paths) if name is None else name,
@@ -170,15 +204,20 @@ def _recording(tables: Sequence[Table], name: str | None) -> Recording:
 
 
 def _stem(paths: Sequence[Path]) -> str:
-    stem = paths[0].name.removesuffix(".gz")
-    stem = stem.rpartition(".")[0] or stem
+    stem = paths[0].name
+    if not paths[0].is_dir():
+        stem = stem.removesuffix(".gz")
+        stem = stem.rpartition(".")[0] or stem
     return stem.removesuffix("_baro") if len(paths) > 1 else stem
 
 
 def _sha256(paths: Sequence[Path]) -> str:
+    """Return the hash of the files one after the other, those of a folder by name."""
     digest = hashlib.sha256()
     for path in paths:
-        with path.open("rb") as file:
-            while block := file.read(1 << 20):
-                digest.update(block)
+        for part in sorted(path.iterdir()) if path.is_dir() else [path]:
+            if part.is_file():
+                with part.open("rb") as file:
+                    while block := file.read(1 << 20):
+                        digest.update(block)
     return digest.hexdigest()

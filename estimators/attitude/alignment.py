@@ -7,11 +7,17 @@ for gravity, so that an accelerometer with a scale error still reads no vertical
 
 from __future__ import annotations
 
+import math
+from typing import Final
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baroarma.atmosphere import STANDARD_GRAVITY
 from baroarma.estimators.base import Alignment
+
+ENOUGH: Final = 8
+"""Samples from which a sd is told, to a quarter of it or so with three axes (chosen by us)."""
 
 
 def align(t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, *, duration: float = 1.0) -> Alignment:
@@ -30,7 +36,7 @@ def align(t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, *, duration: float = 
     Returns
     -------
     Alignment
-        Tilt, gyro bias and gravity.
+        Tilt, gyro bias, gravity and the noise of accelerometer and gyro.
 
     Raises
     ------
@@ -58,7 +64,16 @@ def align(t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, *, duration: float = 
         up=_triple(mean / modulus),
         gyro_bias=_triple(rate.mean(axis=0)),
         gravity=float(np.linalg.norm(force, axis=1).mean()),
+        accel_sd=_sample_sd(force),
+        gyro_sd=_sample_sd(rate),
     )
+
+
+def _sample_sd(rows: NDArray[np.float64]) -> float:
+    """Return the sd of one sample and axis about the mean, NaN if it can't be told."""
+    if len(rows) < ENOUGH:
+        return math.nan
+    return float(np.sqrt(rows.var(axis=0, ddof=1).mean()))
 
 
 def _samples(

@@ -1,24 +1,52 @@
 """Ours: height and velocity with the altimeter's coloured noise and the accelerometer's bias in the state.
 
-    state [h, v, accelerometer bias, barometer offset, Gauss-Markov noise],   z = h + offset + n_c + n_u
+    state [h, v, accelerometer bias b, (low-passed height l), barometer offset, Gauss-Markov noise n_c]
+    z = h + offset + n_c + n_u,   with a barometer of time constant tau:  z = l + ...,  l' = (h - l)/tau
 
 The offset is unknown at the start and drifts as a random walk, so that no average has to be subtracted from
 the barometer first (which would cost an error for the whole run).  With drift, height and offset can't be
 told apart in the long run: the height's sd grows without end, and that is the truth.
+
+`at_rest` is a claim: it is what the IMU feels.  A bank of filters (`baroarma.estimators.height.bank`) weighs
+it against velocity and barometer, ignores outliers of the barometer and follows it where it really jumps.
+filterpy's own `predict` and `update` know nothing of that: they are the single filter.
 """
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Sequence
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from baroarma.estimators.base import Alignment, HeightRun
 from baroarma.estimators.colouring import block_diagonal, noise_states
-from baroarma.estimators.height.linear import LinearHeight, motion_transition
+from baroarma.estimators.height.bank import (
+    AT_REST,
+    REJECTED,
+    Bank,
+    Decisions,
+    Rules,
+)
+from baroarma.estimators.height.kernels import Rows
+from baroarma.estimators.height.linear import LinearHeight, motion_transition, steps_of
+from baroarma.estimators.height.smoother import smooth_rows
 from baroarma.noise_model import NoiseModel
 
 Signal = NDArray[np.float64]
+ACCELERATION_SD: Final = 0.025
+"""White noise of one acceleration sample where no rest tells it, m/s²: 2.5 mg, a MEMS accelerometer at 50 Hz
+(chosen by us)."""
+REST_ODDS: Final = math.log(9.0)
+"""Nine of ten periods without a felt motion are rests (chosen by us)."""
+CRUISE_SD: Final = 1.0
+"""Spread of the speeds of lifts and escalators, m/s (chosen by us)."""
+LONGEST_ODDS: Final = 10.0
+"""Log-odds beyond which no more certainty is gathered: 1 in 22 000 (chosen by us)."""
+ONSET: Final = 0.5
+"""Within so many seconds the IMU notices a start (chosen by us)."""
 
 
 class ColouredKalman(LinearHeight):
@@ -31,8 +59,8 @@ class ColouredKalman(LinearHeight):
         Without a Gauss-Markov component its state is left out, and `note` says so.
     dt : float
         Nominal interval, s.
-    acceleration_sd : float
-        White noise of one acceleration sample, m/s²; default 2.5 mg, a MEMS accelerometer at 50 Hz.
+    acceleration_sd : float, optional
+        White noise of one acceleration sample, m/s².  Default: what the alignment's rest says, else 2.5 mg.
     bias_sd : float
         Prior sd of the accelerometer bias, m/s²; default 5 mg.  Larger: found by the barometer alone.
     bias_walk : float
@@ -40,6 +68,26 @@ class ColouredKalman(LinearHeight):
     offset_sd : float
         Prior sd of the barometer's offset, m.  Wide by default; small when the level is known; 0 without
         drift: no such state.
+    barometer_lag : float
+        Time constant of the barometer's own low-pass filter, or its latency, s: about 0.2 in a BMP280 with
+        its filter on.  `estimate_barometer_lag` finds it in a log with motion.  Default 0: none, no state.
+    level_prior_sd : float, optional
+        How far the height wanders about the start, m, if you know: 0.2 on an arm, 0.3 in squats.  It steadies
+        the height and pulls true changes of level back; default: nothing is known.
+    level_prior_time : float
+        How long one such excursion lasts, s.  Longer: the level counts less.
+    floors : sequence of float
+        Heights of known floors above the start, m; at rest, the one that is sure is taken.
+    floor_sd : float
+        How exactly they are known, m.
+    confirm_rest : bool
+        Whether to weigh what `at_rest` claims; False: it is ignored.
+    gate : float
+        An altitude so many standard deviations off is an outlier; infinity: none is.
+    recovery : float
+        Outliers that go on for so many seconds are believed: the height has jumped.
+    unresolved : float
+        Share of the change from one acceleration sample to the next that the midpoint may miss.
     **settings
         See `LinearHeight`; `midpoint` is on by default.
 
@@ -55,38 +103,160 @@ class ColouredKalman(LinearHeight):
         *,
         noise: NoiseModel | None = None,
         dt: float | None = None,
-        acceleration_sd: float = 0.025,
+        acceleration_sd: float | None = None,
         bias_sd: float = 0.05,
         bias_walk: float = 1e-3,
         offset_sd: float = 100.0,
+        barometer_lag: float = 0.0,
+        level_prior_sd: float | None = None,
+        level_prior_time: float = 1.0,
+        floors: Sequence[float] = (),
+        floor_sd: float = 0.05,
+        confirm_rest: bool = True,
+        gate: float = 6.0,
+        recovery: float = 2.0,
+        unresolved: float = 0.1,
         midpoint: bool = True,
         **settings: Any,
     ) -> None:
         if noise is None:
             raise ValueError(needs_noise("coloured-kalman"))
         self.noise, self.bias_sd, self.bias_walk, self.offset_sd = noise, bias_sd, bias_walk, offset_sd
-        states = ["height", "velocity", "acceleration_bias"]
+        self.barometer_lag, self.listens_to_rest = barometer_lag, confirm_rest
+        self.level_prior_sd, self.level_prior_time = level_prior_sd, level_prior_time
+        self._given_sd = acceleration_sd
+        rules = Rules(
+            gate=gate,
+            recovery=recovery,
+            prior_odds=REST_ODDS,
+            cruise_sd=CRUISE_SD,
+            longest_odds=LONGEST_ODDS,
+            memory=ONSET,
+            floors=np.sort(np.array(floors, float)),
+            floor_variance=float(floor_sd**2),
+        )
+        self._bank = Bank(rules, 0)
+        states = ["height", "velocity", "acceleration_bias"] + ["low_passed"] * bool(barometer_lag)
         states += ["offset"] * bool(noise.drift_rate or offset_sd) + ["correlated"] * noise.has_gauss_markov
         if not noise.has_gauss_markov:
             self.note = "The noise model has no Gauss-Markov component: there is no state for it."
-        super().__init__(tuple(states), dt=dt, acceleration_sd=acceleration_sd, midpoint=midpoint, **settings)
+        super().__init__(
+            tuple(states),
+            dt=dt,
+            acceleration_sd=acceleration_sd or ACCELERATION_SD,
+            midpoint=midpoint,
+            unresolved=unresolved,
+            **settings,
+        )
         altimeter = noise_states(noise, self.dt, offset_sd=offset_sd)
-        self.H, self.R = np.hstack([[[1.0, 0.0, 0.0]], altimeter.H]), altimeter.R
+        seen = [[0.0, 0.0, 0.0, 1.0]] if barometer_lag else [[1.0, 0.0, 0.0]]
+        self.H, self.R = np.hstack([seen, altimeter.H]), altimeter.R
 
     def transition(self, dt: float | Signal) -> Signal:
         """Return F for an interval in s."""
         altimeter = noise_states(self.noise, dt, offset_sd=self.offset_sd)
-        return block_diagonal(motion_transition(dt, bias=True), altimeter.F)
+        motion = motion_transition(dt, bias=True)
+        if self.barometer_lag:
+            motion = _lagged_transition(motion, np.asarray(dt, float), self.barometer_lag)
+        return block_diagonal(motion, altimeter.F)
+
+    def input_matrix(self, dt: float | Signal) -> Signal:
+        """Return B for an interval in s, (..., m, 1)."""
+        B = super().input_matrix(dt)
+        if self.barometer_lag:
+            B[..., 3, 0] = _lagged_response(np.asarray(dt, float), self.barometer_lag)[2]
+        return B
 
     def wander(self, dt: float | Signal) -> Signal:
         """Return the process noise of bias, offset and Gauss-Markov noise."""
         altimeter = noise_states(self.noise, dt, offset_sd=self.offset_sd)
-        return block_diagonal(bias_wander(dt, self.bias_walk), altimeter.Q)
+        motion = bias_wander(dt, self.bias_walk)
+        if self.barometer_lag:
+            motion = block_diagonal(motion, np.zeros((1, 1)))
+        return block_diagonal(motion, altimeter.Q)
 
     def initial_covariance(self) -> Signal:
-        """Return P at the start."""
+        """Return P at the start: height and low-passed height are the same."""
         motion = np.diag([self.initial_height_sd, self.initial_velocity_sd, self.bias_sd]) ** 2
+        if self.barometer_lag:
+            same = [0, 1, 2, 0]
+            motion = motion[np.ix_(same, same)]
         return block_diagonal(motion, noise_states(self.noise, self.dt, offset_sd=self.offset_sd).P)
+
+    def reset(self, alignment: Alignment | None = None) -> None:
+        """Start anew at height 0 and velocity 0, with the accelerometer noise that the alignment saw."""
+        if alignment is not None and self._given_sd is None and math.isfinite(alignment.accel_sd):
+            self.acceleration_sd = alignment.accel_sd
+            self.Q = self.process_noise(self.dt)
+        self._bank = Bank(self._bank.rules, self.dim_x)
+        super().reset(alignment)
+
+    def decide(
+        self,
+        t: Signal,
+        altitude: Signal,
+        acceleration: Signal | None = None,
+        acceleration_sd: Signal | None = None,
+        at_rest: NDArray[np.bool_] | None = None,
+    ) -> Decisions:
+        """Like `run`, but return what is decided at each row: rests, outliers, floors, jumps, the odds."""
+        rows = self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest)
+        return self._weigh(rows)[1]
+
+    def _filter(self, rows: Rows) -> HeightRun:
+        return self._weigh(rows)[0]
+
+    def _smooth(self, rows: Rows, lag: float) -> HeightRun:
+        """Decide on the way forward, go back over what was decided, and stand where the way forward led."""
+        x, P = self.x[:, 0].copy(), self.P.copy()
+        _, decisions = self._weigh(rows)
+        rejected, on_floor = decisions.bits & REJECTED > 0, np.isfinite(decisions.floor)
+        decided = rows._replace(
+            z=np.where(rejected, np.nan, rows.z),
+            at_rest=decisions.bits & AT_REST > 0,
+            level=np.where(on_floor, decisions.floor, rows.level),
+            level_variance=np.where(on_floor, self._bank.rules.floor_variance, rows.level_variance),
+            jump=decisions.jump,
+        )
+        out = np.empty((4, len(rows.z)))
+        smooth_rows(decided, lag, x, P, out)
+        return HeightRun(*out)
+
+    def _rows(self, steps: Signal, *samples: Any) -> Rows:
+        rows = super()._rows(steps, *samples)
+        if not self.listens_to_rest:
+            rows = rows._replace(at_rest=np.zeros(len(steps), np.bool_))
+        if self.level_prior_sd is None:
+            return rows
+        with np.errstate(divide="ignore"):  # no time, no information
+            variance = 2 * self.level_prior_sd**2 * self.level_prior_time / rows.dt
+        return rows._replace(level=np.where(rows.dt > 0, 0.0, np.nan), level_variance=variance)
+
+    def _weigh(self, rows: Rows) -> tuple[HeightRun, Decisions]:
+        """Run the bank from the present state to the last row's."""
+        n = len(rows.z)
+        x, P, out = self.x[:, 0].copy(), self.P.copy(), np.empty((4, n))
+        decisions = self._bank.run(rows, x, P, out)
+        self._restore(x, P)
+        self._started = self._started or n > 0
+        return HeightRun(*out), decisions
+
+
+def _lagged_transition(motion: Signal, dt: Signal, lag: float) -> Signal:
+    """Append the low-passed height, which follows height, velocity and acceleration exactly."""
+    F = block_diagonal(motion, np.ones((1, 1)))
+    F[..., 3, 0], F[..., 3, 1], response = _lagged_response(dt, lag)
+    F[..., 3, 2], F[..., 3, 3] = -response, np.exp(-dt / lag)
+    return F
+
+
+def _lagged_response(dt: Signal, lag: float) -> tuple[Signal, Signal, Signal]:
+    """Return what height 1, velocity 1 and acceleration 1 add to the low-passed height over dt.
+
+    The solution of l' = (h + v t + a t²/2 - l)/lag at t = dt.
+    """
+    risen = -np.expm1(-dt / lag)
+    return risen, dt - lag * risen, dt**2 / 2 - lag * dt + lag**2 * risen
 
 
 def bias_wander(dt: float | Signal, bias_walk: float) -> Signal:

@@ -161,7 +161,7 @@ class Complementary(HeightEstimator):
         return self._take(np.diff(t, prepend=t[:1]), z, a, a_sd, rest)
 
     def _take(self, dt: Signal, z: Signal, a: Signal, a_sd: Signal, at_rest: NDArray[np.bool_]) -> HeightRun:
-        u, quiet = self.drive.rows(a)
+        u, _, quiet = self.drive.rows(a)
         w = np.where(np.isnan(a_sd), self.acceleration_sd, a_sd)
         out = np.empty((4, len(dt)))
         complementary_rows(

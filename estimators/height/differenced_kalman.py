@@ -20,9 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from baroarma.estimators.base import Alignment, HeightRun
+from baroarma.estimators.base import Alignment
 from baroarma.estimators.colouring import block_diagonal
 from baroarma.estimators.height.coloured_kalman import bias_wander, needs_noise
+from baroarma.estimators.height.kernels import Rows
 from baroarma.estimators.height.linear import LinearHeight, motion_transition
 from baroarma.noise_model import NoiseModel
 
@@ -158,34 +159,37 @@ class DifferencedKalman(LinearHeight):
         super().update(np.array([[difference]]), R=R, H=H)
         self._sampled, self._gap, self._last = True, 0.0, altitude
 
-    def _advance(self, dt: float, u: float, acceleration_sd: float) -> None:
-        gap = self._gap
-        super()._advance(dt, u, acceleration_sd)
-        self._gap = gap + dt
-
-    def _batch(self, kernel: Any, t: Signal, altitude: Signal, *rest: Any) -> HeightRun:
-        if self._gap == 0 and len(t):
-            altitude = np.concatenate([[np.nan], altitude[1:]])  # the first row takes no time: see `update`
-        result = super()._batch(kernel, t, altitude, *rest)
-        new = np.flatnonzero(np.isfinite(altitude))
+    def _rows(self, steps: Signal, altitude: Signal, *rest: Any) -> Rows:
+        altitude = np.array(altitude, float)
+        if self._gap == 0 and len(steps) and not steps[0] > 0:
+            altitude[0] = np.nan  # no time since the last sample: see `update`
+        rows = super()._rows(steps, altitude, *rest)
+        new, t = np.flatnonzero(np.isfinite(altitude)), np.cumsum(rows.dt)
         if len(new):
             self._sampled, self._last = bool(new[-1] == len(t) - 1), float(altitude[new[-1]])
             self._gap = float(t[-1] - t[new[-1]])
         elif len(t):
-            self._sampled, self._gap = self._sampled and len(t) == 1, self._gap + float(t[-1] - t[0])
-        return result
+            self._sampled = self._sampled and bool(np.isnan(steps).all())
+            self._gap += float(t[-1])
+        return rows
 
-    def _transitions(self, t: Signal, altitude: Signal) -> tuple[Signal, Signal, Signal, NDArray[np.int64]]:
-        dt, which = np.unique(np.diff(t), return_inverse=True)
-        sampled = np.isfinite(altitude[:-1])
-        sampled[:1] |= self._sampled
+    def _transitions(
+        self, steps: Signal, altitude: Signal
+    ) -> tuple[Signal, Signal, Signal, NDArray[np.int64]]:
+        F, B, Q, which = super()._transitions(steps, altitude)
+        dt = np.unique(steps[~np.isnan(steps)])
+        sampled = np.isfinite(np.concatenate([[0.0 if self._sampled else np.nan], altitude[:-1]]))
+        if np.isnan(steps[:1]).any():
+            sampled[1:2] |= self._sampled
         F = np.concatenate([self.transition(dt, True), self.transition(dt, False)])
-        index = np.concatenate([np.full(min(len(t), 1), -1), which + len(dt) * ~sampled])
-        return F, np.tile(self.input_matrix(dt), (2, 1, 1)), np.tile(self.wander(dt), (2, 1, 1)), index
+        which = np.where(which < 0, -1, which + len(dt) * ~sampled[: len(steps)])
+        return F, np.tile(B, (2, 1, 1)), np.tile(Q, (2, 1, 1)), which
 
-    def _measurements(self, t: Signal, altitude: Signal) -> tuple[Signal, Signal, NDArray[np.int64], Signal]:
-        new = np.flatnonzero(np.isfinite(altitude))
-        gap = np.diff(t[new], prepend=t[:1] - self._gap)
+    def _measurements(
+        self, steps: Signal, altitude: Signal
+    ) -> tuple[Signal, Signal, NDArray[np.int64], Signal]:
+        new, t = np.flatnonzero(np.isfinite(altitude)), np.cumsum(np.nan_to_num(steps))
+        gap = np.diff(t[new], prepend=-self._gap)
         before = np.concatenate([[self._last], altitude[new]])[: len(new)]
         z, index = np.full(len(t), np.nan), np.zeros(len(t), np.int64)
         z[new] = altitude[new] - self._phi(gap) * before

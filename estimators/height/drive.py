@@ -41,17 +41,18 @@ class Drive:
 
     def step(self, acceleration: float) -> tuple[float, bool]:
         """Take a sample (m/s² or NaN); return what drives the step that ends here, and whether at rest."""
-        inputs, at_rest = self.rows(np.array([acceleration], float))
+        inputs, _, at_rest = self.rows(np.array([acceleration], float))
         return float(inputs[0]), bool(at_rest[0])
 
-    def rows(self, acceleration: Signal) -> tuple[Signal, NDArray[np.bool_]]:
-        """Take samples (n,); return what drives each step (n,) and whether at rest (n,)."""
-        inputs, at_rest = np.empty(len(acceleration)), np.zeros(len(acceleration), np.bool_)
+    def rows(self, acceleration: Signal) -> tuple[Signal, Signal, NDArray[np.bool_]]:
+        """Take samples (n,); return what drives each step, how much it changed on the way, whether at rest."""
+        n = len(acceleration)
+        inputs, change, at_rest = np.empty(n), np.empty(n), np.zeros(n, np.bool_)
         steps = self.zupt_steps if self.zupt_steps else -1
         self.last, self.quiet = _drive(
-            acceleration, self.last, self.quiet, self.midpoint, steps, self.zupt_threshold, inputs, at_rest
+            acceleration, self.last, self.quiet, self.midpoint, steps, self.zupt_threshold, inputs, change, at_rest
         )
-        return inputs, at_rest
+        return inputs, change, at_rest
 
 
 def as_signal(values: Signal | None, n: int) -> Signal:
@@ -77,11 +78,13 @@ def _drive(
     steps: int,
     threshold: float,
     inputs: Signal,
+    change: Signal,
     at_rest: NDArray[np.bool_],
 ) -> tuple[float, int]:
     for k in range(len(a)):
         now = last if math.isnan(a[k]) else a[k]
         inputs[k] = (last + now) / 2 if midpoint else last
+        change[k] = abs(now - last)
         quiet = quiet + 1 if abs(now) < threshold else 0
         at_rest[k] = steps >= 0 and quiet > steps
         last = now

@@ -4,11 +4,13 @@ It knows no model: matrices come as tables, one entry for each distinct interval
 own named functions, with an index for each row.  Row k is
 
     x = F x + B u,  P = F P F' + Q + sigma_a^2 B B'             (not on the first row: index -1)
+    P_hh += jump^2,  P_vv += (jump / 1 s)^2                     (where the height may have jumped)
     update with v = 0, variance `rest_variance`                 (where at rest)
+    update with h = level                                       (where a level is known)
     update with z = H x + noise of variance R                   (where z is not NaN)
 
-in the order and the form (Joseph) of filterpy's own `predict` and `update`.  Nothing is allocated on the way.
-`smoother` goes back over the same rows.
+in the order and the form (Joseph) of filterpy's own `predict` and `update`.  Nothing is allocated on the way,
+and zeros of F are passed over.  `smoother` goes back over the same rows, `bank` weighs several filters.
 """
 
 from __future__ import annotations
@@ -43,6 +45,8 @@ class Rows(NamedTuple):
     """Which of these belongs to row k, (n,)."""
     z: Signal
     """Measurements, (n,); NaN: none."""
+    dt: Signal
+    """Time since the row before, s, (n,)."""
     u: Signal
     """Acceleration that drives the step to row k, m/s², (n,)."""
     acceleration_variance: Signal
@@ -53,6 +57,12 @@ class Rows(NamedTuple):
     """The measurement matrix of the velocity, (m,)."""
     rest_variance: float
     """Variance of 'v = 0'."""
+    level: Signal
+    """Known height, m, (n,); NaN: none."""
+    level_variance: Signal
+    """Its variance, (n,)."""
+    jump: Signal
+    """By how much the height may have jumped since the row before, m, (n,); 0: not at all."""
 
 
 @njit(cache=True)
@@ -79,82 +89,113 @@ def sandwich(F: Signal, P: Signal, work: Signal) -> None:
     m = len(P)
     for i in range(m):
         for j in range(m):
-            total = 0.0
-            for k in range(m):
-                total += F[i, k] * P[k, j]
-            work[i, j] = total
+            work[i, j] = 0.0
+        for k in range(m):
+            if F[i, k] != 0.0:
+                for j in range(m):
+                    work[i, j] += F[i, k] * P[k, j]
     for i in range(m):
-        for j in range(m):
+        for j in range(i, m):
             total = 0.0
             for k in range(m):
-                total += work[i, k] * F[j, k]
-            P[i, j] = total
+                if F[j, k] != 0.0:
+                    total += work[i, k] * F[j, k]
+            P[i, j] = P[j, i] = total
+
+
+@njit(cache=True)
+def innovate(x: Signal, P: Signal, h: Signal, r: float, z: float, gain: Signal) -> tuple[float, float]:
+    """Return innovation and its variance of a scalar measurement; `gain` becomes P h."""
+    m = len(x)
+    y, s = z, r
+    for i in range(m):
+        gain[i] = 0.0
+    for j in range(m):
+        if h[j] != 0.0:
+            y -= h[j] * x[j]
+            for i in range(m):
+                gain[i] += P[i, j] * h[j]
+    for i in range(m):
+        s += h[i] * gain[i]
+    return y, s
+
+
+@njit(cache=True)
+def absorb(x: Signal, P: Signal, h: Signal, r: float, y: float, s: float, gain: Signal, work: Signal) -> None:
+    """Update in place after `innovate`, Joseph form; `gain` becomes the Kalman gain."""
+    m = len(x)
+    for j in range(m):  # (I - k h') P, then ... (I - k h')' + k r k'
+        work[0, j] = gain[j]
+    for i in range(m):
+        gain[i] /= s
+        x[i] += gain[i] * y
+        for j in range(m):
+            P[i, j] -= gain[i] * work[0, j]
+    for i in range(m):
+        total = -r * gain[i]
+        for j in range(m):
+            if h[j] != 0.0:
+                total += P[i, j] * h[j]
+        work[1, i] = total
+    for i in range(m):
+        for j in range(i, m):
+            P[i, j] = P[j, i] = P[i, j] - work[1, i] * gain[j]
 
 
 @njit(cache=True)
 def update(
     x: Signal, P: Signal, h: Signal, r: float, z: float, gain: Signal, work: Signal
 ) -> tuple[float, float]:
-    """Update in place with a scalar measurement, Joseph form; return the innovation and its variance."""
-    m = len(x)
-    y, s = z, r
-    for i in range(m):
-        gain[i] = 0.0
-        for j in range(m):
-            gain[i] += P[i, j] * h[j]
-    for i in range(m):
-        y -= h[i] * x[i]
-        s += h[i] * gain[i]
-    for i in range(m):
-        gain[i] /= s
-        x[i] += gain[i] * y
-    for i in range(m):
-        for j in range(m):
-            work[i, j] = (1.0 if i == j else 0.0) - gain[i] * h[j]
-    _joseph(P, work, gain, r)
+    """Update in place with a scalar measurement; return the innovation and its variance."""
+    y, s = innovate(x, P, h, r, z, gain)
+    absorb(x, P, h, r, y, s, gain, work)
     return y, s
 
 
 @njit(cache=True)
-def _joseph(P: Signal, left: Signal, gain: Signal, r: float) -> None:
-    """P = left P left' + r gain gain' in place; left (m + 1, m) is I - gain h' and a row to work in."""
-    m = len(P)
-    for j in range(m):  # columns: left @ P
-        for i in range(m):
-            left[m, i] = P[i, j]
-        for i in range(m):
-            total = 0.0
-            for k in range(m):
-                total += left[i, k] * left[m, k]
-            P[i, j] = total
-    for i in range(m):  # rows: ... @ left'
-        for k in range(m):
-            left[m, k] = P[i, k]
-        for j in range(m):
-            total = r * gain[i] * gain[j]
-            for k in range(m):
-                total += left[m, k] * left[j, k]
-            P[i, j] = total
+def advance(k: int, rows: Rows, jump: float, x: Signal, P: Signal, work: Signal) -> None:
+    """Go from row k - 1 to row k; the height may have jumped by `jump` m on the way."""
+    i = rows.transition[k]
+    if i >= 0:
+        predict(x, P, rows.F[i], rows.B[i], rows.Q[i], rows.u[k], rows.acceleration_variance[k], work)
+    if jump > 0.0:
+        P[0, 0] += jump * jump
+        P[1, 1] += jump * jump
+
+
+@njit(cache=True)
+def settle(k: int, rows: Rows, x: Signal, P: Signal, gain: Signal, work: Signal) -> tuple[float, float]:
+    """Take the level of row k; return innovation and variance, (0, 1) without one."""
+    if math.isnan(rows.level[k]):
+        return 0.0, 1.0
+    work[2, :] = 0.0
+    work[2, 0] = 1.0
+    return update(x, P, work[2], rows.level_variance[k], rows.level[k], gain, work)
+
+
+@njit(cache=True)
+def filter_rows(rows: Rows, x: Signal, P: Signal, out: Signal) -> None:
+    """Filter in place from x (m,), P (m, m); out (4, n) gets height, velocity and their sds."""
+    gain, work = np.empty(len(x)), np.empty((max(len(x), 3), len(x)))
+    for k in range(len(rows.z)):
+        row(k, rows, x, P, gain, work)
+        report(k, x, P, out)
 
 
 @njit(cache=True)
 def row(k: int, rows: Rows, x: Signal, P: Signal, gain: Signal, work: Signal) -> None:
     """Take row k."""
-    i = rows.transition[k]
-    if i >= 0:
-        predict(x, P, rows.F[i], rows.B[i], rows.Q[i], rows.u[k], rows.acceleration_variance[k], work)
+    advance(k, rows, rows.jump[k], x, P, work)
     if rows.at_rest[k]:
         update(x, P, rows.rest, rows.rest_variance, 0.0, gain, work)
+    settle(k, rows, x, P, gain, work)
     if not math.isnan(rows.z[k]):
         i = rows.measurement[k]
         update(x, P, rows.H[i], rows.R[i], rows.z[k], gain, work)
 
 
 @njit(cache=True)
-def filter_rows(rows: Rows, x: Signal, P: Signal, out: Signal) -> None:
-    """Filter in place from x (m,), P (m, m); out (4, n) gets height, velocity and their sds."""
-    gain, work = np.empty(len(x)), np.empty((len(x) + 1, len(x)))
-    for k in range(len(rows.z)):
-        row(k, rows, x, P, gain, work)
-        out[0, k], out[1, k] = x[0], x[1]
-        out[2, k], out[3, k] = math.sqrt(P[0, 0]), math.sqrt(P[1, 1])
+def report(k: int, x: Signal, P: Signal, out: Signal) -> None:
+    """Write height, velocity and their sds into column k."""
+    out[0, k], out[1, k] = x[0], x[1]
+    out[2, k], out[3, k] = math.sqrt(max(P[0, 0], 0.0)), math.sqrt(max(P[1, 1], 0.0))

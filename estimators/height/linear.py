@@ -7,12 +7,14 @@ The state begins with height and velocity.  A concrete filter says, as functions
 
 where u is the vertical acceleration, held over the interval together with its white noise of sd sigma_a *per
 sample*: Q = wander + sigma_a^2 B B' (state which discretisation you mean; this one is filterpy's "discrete
-white noise").  The plain attributes F, B, Q of filterpy are these functions at the nominal dt; `step` and
-`run` evaluate them at the intervals they see, and `run` is a compiled loop over the very same matrices.
+white noise").  The plain attributes F, B, Q of filterpy are these functions at the nominal dt, and its own
+`predict` and `update` work on them; `step` and `run` evaluate the functions at the intervals they see, in a
+compiled loop that gives filterpy's numbers.
 """
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import Any
 
@@ -50,6 +52,9 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         Lee16's zero-velocity rule: |a| < threshold (m/s²) for so many steps; 0 steps: no rule.
     rest_sd : float
         Sd of 'the velocity is 0' at rest, m/s.
+    unresolved : float
+        Share of the change from one acceleration sample to the next that the integration may miss; default
+        0: what happens between samples is as smooth as they are.
     """
 
     note: str = ""
@@ -68,10 +73,11 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         zupt_steps: int = 0,
         zupt_threshold: float = 0.1,
         rest_sd: float = 0.01,
+        unresolved: float = 0.0,
     ) -> None:
         KalmanFilter.__init__(self, dim_x=len(states), dim_z=1, dim_u=1)
         self.states, self.dt = states, nominal_interval(dt)
-        self.acceleration_sd, self.rest_sd = acceleration_sd, rest_sd
+        self.acceleration_sd, self.rest_sd, self.unresolved = acceleration_sd, rest_sd, unresolved
         self.initial_height_sd, self.initial_velocity_sd = initial_height_sd, initial_velocity_sd
         self.drive = Drive(midpoint=midpoint, zupt_steps=zupt_steps, zupt_threshold=zupt_threshold)
         self.F, self.B = self.transition(self.dt), self.input_matrix(self.dt)
@@ -120,17 +126,14 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         gyro: Signal | None = None,
         at_rest: bool = False,
     ) -> HeightState:
-        """Take one sample by filterpy's `predict` and `update`; see `HeightEstimator.step`."""
-        u, quiet = self.drive.step(acceleration)
-        if self._started:
-            self._advance(dt, u, acceleration_sd)
-        self._started = True
-        if at_rest or quiet:
-            KalmanFilter.update(self, np.zeros((1, 1)), R=self.rest_sd**2, H=self._rest()[None])
-        if not np.isnan(altitude):
-            self.update(altitude)
-        sds = np.sqrt(np.diag(self.P)[:2])
-        return HeightState(float(self.x[0, 0]), float(self.x[1, 0]), float(sds[0]), float(sds[1]))
+        """Take one sample, by the same compiled loop as `run`; see `HeightEstimator.step`."""
+        steps = np.array([dt if self._started else np.nan])
+        # fmt: off
+        rows = self._rows(steps, np.array([altitude], float), np.array([acceleration], float),
+                          np.array([acceleration_sd], float), np.array([at_rest]))
+        # fmt: on
+        found = self._filter(rows)
+        return HeightState(*(float(column[0]) for column in found))
 
     def run(
         self,
@@ -143,7 +146,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         at_rest: NDArray[np.bool_] | None = None,
     ) -> HeightRun:
         """Take all samples, compiled; see `HeightEstimator.run`."""
-        return self._batch(filter_rows, t, altitude, acceleration, acceleration_sd, at_rest)
+        return self._filter(self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest))
 
     def smooth(
         self,
@@ -152,50 +155,78 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         acceleration: Signal | None = None,
         acceleration_sd: Signal | None = None,
         at_rest: NDArray[np.bool_] | None = None,
+        *,
+        lag: float = math.inf,
     ) -> HeightRun:
-        """Like `run`, but each row knows all samples, the later ones too (fixed-interval smoother)."""
-        return self._batch(smooth_rows, t, altitude, acceleration, acceleration_sd, at_rest)
+        """Like `run`, but each row knows later samples, too.
 
-    def _advance(self, dt: float, u: float, acceleration_sd: float) -> None:
-        Q = self.process_noise(dt, acceleration_sd)
-        self.predict(u, B=self.input_matrix(dt), F=self.transition(dt), Q=Q)
+        Parameters
+        ----------
+        t, altitude, acceleration, acceleration_sd, at_rest
+            As in `run`.
+        lag : float
+            How many seconds of later samples a row may know (fixed-lag smoother, for near-on-line use);
+            default: all of them (fixed-interval).  The time this takes grows with the lag.
+        """
+        if not lag >= 0:
+            raise ValueError(f"the lag is a time in s, 0 or more, but it is {lag}")
+        return self._smooth(self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest), float(lag))
 
-    def _batch(
-        self,
-        kernel: Any,
-        t: Signal,
-        altitude: Signal,
-        acceleration: Signal | None,
-        acceleration_sd: Signal | None,
-        at_rest: NDArray[np.bool_] | None,
-    ) -> HeightRun:
-        n = len(t)
-        t, altitude = np.asarray(t, float), np.asarray(altitude, float)
-        u, quiet = self.drive.rows(as_signal(acceleration, n))
-        sd = as_signal(acceleration_sd, n)
-        F, B, Q, transition = self._transitions(t, altitude)
-        H, R, measurement, z = self._measurements(t, altitude)
-        variance = np.where(np.isnan(sd), self.acceleration_sd, sd) ** 2
-        rest = quiet if at_rest is None else quiet | np.asarray(at_rest, np.bool_)
-        # fmt: off
-        rows = Rows(F, np.ascontiguousarray(B[..., 0]), Q, transition, H, R, measurement, z,
-                    u, variance, rest, self._rest(), float(self.rest_sd**2))
-        # fmt: on
+    def _filter(self, rows: Rows) -> HeightRun:
+        """Take rows, and stand where the last one leads."""
+        return self._loop(filter_rows, rows)
+
+    def _smooth(self, rows: Rows, lag: float) -> HeightRun:
+        return self._loop(smooth_rows, rows, lag)
+
+    def _loop(self, kernel: Any, rows: Rows, *options: float) -> HeightRun:
+        """Run a compiled loop from the present state to the last row's."""
+        n = len(rows.z)
         x, P, out = self.x[:, 0].copy(), self.P.copy(), np.empty((4, n))
-        kernel(rows, x, P, out)
+        kernel(rows, *options, x, P, out)
         self._restore(x, P)
         self._started = self._started or n > 0
         return HeightRun(*out)
 
-    def _transitions(self, t: Signal, altitude: Signal) -> tuple[Signal, Signal, Signal, NDArray[np.int64]]:
-        """Tables of F, B and wander, and which entry leads to each row (-1: none, the first)."""
-        dt, which = np.unique(np.diff(t), return_inverse=True)
-        index = np.concatenate([np.full(min(len(t), 1), -1), which])
-        return self.transition(dt), self.input_matrix(dt), self.wander(dt), index
+    def _rows(
+        self,
+        steps: Signal,
+        altitude: Signal,
+        acceleration: Signal | None,
+        acceleration_sd: Signal | None,
+        at_rest: NDArray[np.bool_] | None,
+    ) -> Rows:
+        """Turn samples, and the time before each (NaN: none, the first), into what the loops read."""
+        n, altitude = len(steps), np.asarray(altitude, float)
+        u, missed, quiet = self.drive.rows(as_signal(acceleration, n))
+        sd = as_signal(acceleration_sd, n)
+        sd = np.where(np.isnan(sd), self.acceleration_sd, sd)
+        # what changes by more than noise from sample to sample may do anything between them
+        missed = self.unresolved * np.maximum(missed - 5 * sd, 0.0)
+        F, B, Q, transition = self._transitions(steps, altitude)
+        H, R, measurement, z = self._measurements(steps, altitude)
+        rest = quiet if at_rest is None else quiet | np.asarray(at_rest, np.bool_)
+        none = np.full(n, np.nan)
+        # fmt: off
+        return Rows(F, np.ascontiguousarray(B[..., 0]), Q, transition, H, R, measurement, z,
+                    np.nan_to_num(steps), u, sd**2 + missed**2, rest, self._rest(), float(self.rest_sd**2),
+                    none, none, np.zeros(n))
+        # fmt: on
 
-    def _measurements(self, t: Signal, altitude: Signal) -> tuple[Signal, Signal, NDArray[np.int64], Signal]:
+    def _transitions(
+        self, steps: Signal, altitude: Signal
+    ) -> tuple[Signal, Signal, Signal, NDArray[np.int64]]:
+        """Tables of F, B and wander, and which entry leads to each row (-1: none, the first)."""
+        dt, which = np.unique(steps, return_inverse=True, equal_nan=True)
+        which = np.where(np.isnan(steps), -1, which)
+        dt = dt[~np.isnan(dt)]  # NaN is the last of them
+        return self.transition(dt), self.input_matrix(dt), self.wander(dt), which
+
+    def _measurements(
+        self, steps: Signal, altitude: Signal
+    ) -> tuple[Signal, Signal, NDArray[np.int64], Signal]:
         """Tables of H and R, which entry belongs to each row, and the measurements themselves."""
-        return np.array(self.H, float), np.reshape(self.R, 1), np.zeros(len(t), np.int64), altitude
+        return np.array(self.H, float), np.reshape(self.R, 1), np.zeros(len(steps), np.int64), altitude
 
     def _rest(self) -> Signal:
         return np.asarray(np.eye(self.dim_x)[1])
@@ -204,6 +235,11 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         self.x, self.P = x[:, None].copy(), P.copy()
         self.x_prior = self.x_post = self.x.copy()
         self.P_prior = self.P_post = self.P.copy()
+
+
+def steps_of(t: Signal) -> Signal:
+    """Return the time before each row; there is none before the first."""
+    return np.diff(np.asarray(t, float), prepend=np.nan)
 
 
 def motion_transition(dt: float | Signal, *, bias: bool = False) -> Signal:

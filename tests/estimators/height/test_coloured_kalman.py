@@ -41,7 +41,8 @@ def test_it_is_the_dense_solution_of_the_same_joint_gaussian(smooth):
     z[20:30] = np.nan
     sd = rng.uniform(0.1, 0.5, 60)
     kf = ColouredKalman(
-        noise=DRIFTING, dt=0.02, bias_sd=0.3, bias_walk=0.05, offset_sd=2.0, initial_height_sd=0.5
+        noise=DRIFTING, dt=0.02, bias_sd=0.3, bias_walk=0.05, offset_sd=2.0, initial_height_sd=0.5,
+        unresolved=0.0, gate=np.inf,
     )
     result = (kf.smooth if smooth else kf.run)(t, z, a, sd)
     expected = dense.solve(
@@ -116,7 +117,9 @@ def consistency(way, noise, runs=100, rows=1000, rows_of_nis=100):
         z = true_h + noise.simulate(t, rng)
         kf.reset()
         for k in range(rows_of_nis):
-            kf.step(dt=0.02, altitude=z[k], acceleration=0.0)
+            if k:
+                kf.predict()
+            kf.update(z[k])
             nis.append(kf.mahalanobis**2)
         kf.reset()
         kf.run(t, z, np.zeros(rows))

@@ -32,7 +32,8 @@ class TestContractPureGaussMarkov(HeightEstimatorContract):
 def test_it_is_the_augmented_filter_in_other_words(noise, method):
     samples = {name: v for name, v in height_samples(0).items() if name not in ("accel", "gyro")}
     settings = {"noise": noise, "dt": 0.02, "offset_sd": 2.0}
-    augmented = getattr(ColouredKalman(**settings), method)(**samples)
+    plain = {"gate": np.inf, "unresolved": 0.0}
+    augmented = getattr(ColouredKalman(**settings, **plain), method)(**samples)
     differenced = getattr(DifferencedKalman(**settings), method)(**samples)
     # without white noise the augmented filter's R is 0, and rounding of P (4 m²) shows as its root in an sd
     np.testing.assert_allclose(differenced[:2], augmented[:2], atol=1e-9)

@@ -20,21 +20,22 @@ def test_a_missing_sample_repeats_the_last_one_and_before_the_first_there_is_non
 def test_rest_needs_a_closed_interval_of_n_quiet_steps(steps):
     a = np.full(40, 0.05)
     a[20] = 0.1  # not below 0.1 m/s² [Lee16, Eq. 14]
-    at_rest = Drive(zupt_steps=steps, zupt_threshold=0.1).rows(a)[1]
+    at_rest = Drive(zupt_steps=steps, zupt_threshold=0.1).rows(a)[2]
     expected = [k >= steps and abs(a[max(k - steps, 0) : k + 1]).max() < 0.1 for k in range(40)]
     assert at_rest.tolist() == expected
 
 
 def test_without_a_rule_nothing_is_ever_at_rest():
-    assert not Drive().rows(np.zeros(100))[1].any()
+    assert not Drive().rows(np.zeros(100))[2].any()
 
 
 def test_rows_go_on_where_steps_ended():
     a = np.random.default_rng(0).normal(scale=0.06, size=60)
     whole, parts = (Drive(midpoint=True, zupt_steps=3) for _ in range(2))
-    inputs, at_rest = whole.rows(a)
+    inputs, change, at_rest = whole.rows(a)
     stepped = [parts.step(value) for value in a[:30]]
     late = parts.rows(a[30:])
     assert np.array_equal(inputs, [*[u for u, _ in stepped], *late[0]])
-    assert np.array_equal(at_rest, [*[rest for _, rest in stepped], *late[1]])
+    assert np.array_equal(at_rest, [*[rest for _, rest in stepped], *late[2]])
+    assert np.array_equal(change, np.abs(np.diff(a, prepend=0.0)))
     assert 0 < at_rest.sum() < 60

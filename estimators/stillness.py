@@ -1,0 +1,165 @@
+"""Does the IMU feel anything?  The claim of rest that a height estimator may weigh.
+
+A quiet period has a reference: the mean specific force since it began, at most over `LONGEST_MEAN` s.  A sample
+disturbs it when
+
+* the sample itself lies far from the reference, or the rate far from 0: a knock, or
+* their means over a tenth of a second do: a soft start or a slow turn, or
+* the reference is not as long as gravity: free fall, an even acceleration.
+
+A disturbance begins a new period; after `SETTLED` s without one the IMU is still.  How far is far follows from
+the noise of the recording's own rest (`Alignment.accel_sd`, `gyro_sd`), and is never less than what tables and
+hands do.  Being still is not being at rest: a lift at constant speed is still, too.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from baroarma.estimators.base import Alignment, Signal
+
+SETTLED: Final = 0.5
+"""Seconds without a disturbance after which the IMU is still; all constants here are chosen by us."""
+LONGEST_MEAN: Final = 2.0
+"""Length of the reference's mean, s."""
+SHORT_MEAN: Final = 0.1
+"""Time constant of the short means, s."""
+LONGEST_SILENCE: Final = 0.5
+"""Seconds without an IMU sample after which nothing is known."""
+KNOCK: Final = 6.0
+"""Standard deviations of one sample that are no noise."""
+SHIFT: Final = 4.0
+"""Standard deviations of a short mean that are no noise."""
+LEAST_KNOCK: Final = (0.10, 0.05)
+"""Smallest knock, m/s² and rad/s."""
+LEAST_SHIFT: Final = (0.02, 0.02)
+"""Smallest shift of a mean, m/s² and rad/s."""
+GRAVITY_ERROR: Final = 0.3
+"""By how much the reference may differ from gravity, m/s²: scale errors, and biases in another mounting."""
+DEFAULT_SD: Final = (0.04, 0.003)
+"""Noise where no rest tells it, m/s² and rad/s."""
+LARGEST_SD: Final = (0.2, 0.05)
+"""Noise beyond which the rest was none, m/s² and rad/s."""
+
+
+class Limits(NamedTuple):
+    """How far is far: noise of a sample, m/s² and rad/s."""
+
+    accel_sd: float
+    gyro_sd: float
+    gravity: float
+
+
+class Stillness:
+    """Tell from row to row whether the IMU is still.
+
+    Parameters
+    ----------
+    alignment : Alignment
+        The recording's own rest.
+
+    Examples
+    --------
+    >>> still = Stillness(Alignment())
+    >>> t, rest = np.arange(100) / 50, np.tile([0.0, 0.0, 9.81], (100, 1))
+    >>> still.run(t, rest, np.zeros((100, 3))).argmax() / 50
+    0.52
+    """
+
+    def __init__(self, alignment: Alignment) -> None:
+        noise = zip((alignment.accel_sd, alignment.gyro_sd), DEFAULT_SD, LARGEST_SD, strict=True)
+        accel_sd, gyro_sd = (min(sd, most) if math.isfinite(sd) else usual for sd, usual, most in noise)
+        self._limits = Limits(accel_sd, gyro_sd, alignment.gravity)
+        self._bias = np.array(alignment.gyro_bias)
+        self._memory = np.full(12, np.nan)
+        self._memory[9:] = 0.0
+
+    def step(self, *, dt: float, accel: Signal, gyro: Signal) -> bool:
+        """Take one sample, as `AttitudeEstimator.step`; return whether the IMU is still."""
+        return bool(self._take(np.array([dt]), accel[None], gyro[None])[0])
+
+    def run(self, t: Signal, accel: Signal, gyro: Signal, dt: float = 0.0) -> NDArray[np.bool_]:
+        """Take all samples: t (n,), accel (n, 3), gyro (n, 3); the first row comes `dt` s after the last one."""
+        return self._take(np.diff(t, prepend=t[:1] - dt), accel, gyro)
+
+    def _take(self, dt: Signal, accel: Signal, gyro: Signal) -> NDArray[np.bool_]:
+        still = np.zeros(len(dt), np.bool_)
+        _run(dt, np.array(accel, float), np.array(gyro, float), self._bias, self._limits, self._memory, still)
+        return still
+
+
+@njit(cache=True)
+def _run(
+    dt: Signal,
+    accel: Signal,
+    gyro: Signal,
+    bias: Signal,
+    limits: Limits,
+    memory: Signal,
+    still: NDArray[np.bool_],
+) -> None:
+    """Fill `still`; the memory goes on: reference, short means of force and rate, age, samples, silence."""
+    reference, force, rate = memory[:3], memory[3:6], memory[6:9]
+    for k in range(len(dt)):
+        age, samples = memory[9] + dt[k], memory[10]
+        silence = memory[11] + dt[k]
+        f, w = accel[k], gyro[k]
+        if not (np.isfinite(f).all() and np.isfinite(w).all()):
+            if silence > LONGEST_SILENCE:
+                age, samples = 0.0, 0.0
+        else:
+            if samples == 0.0 or silence > LONGEST_SILENCE:
+                samples = 0.0
+            else:
+                share = dt[k] / (SHORT_MEAN + dt[k])
+                part = dt[k] / min(max(age, dt[k]), LONGEST_MEAN)
+                for i in range(3):
+                    force[i] += share * (f[i] - force[i])
+                    rate[i] += share * (w[i] - bias[i] - rate[i])
+                # noise of the short mean, and of the reference, in samples
+                spread = math.sqrt(share / (2.0 - share) + part)
+                if _disturbs(f, w, bias, reference, force, rate, spread, limits):
+                    samples = 0.0
+                for i in range(3):
+                    reference[i] += part * (f[i] - reference[i])
+            if samples == 0.0:
+                reference[:] = f
+                force[:] = f
+                rate[:] = w - bias
+                age = 0.0
+            samples += 1.0
+            silence = 0.0
+        memory[9], memory[10], memory[11] = age, samples, silence
+        still[k] = age > SETTLED and silence <= LONGEST_SILENCE
+
+
+@njit(cache=True)
+def _disturbs(
+    f: Signal,
+    w: Signal,
+    bias: Signal,
+    reference: Signal,
+    force: Signal,
+    rate: Signal,
+    spread: float,
+    limits: Limits,
+) -> bool:
+    knock = shift = turn = swing = length = 0.0
+    for i in range(3):
+        knock += (f[i] - reference[i]) ** 2
+        shift += (force[i] - reference[i]) ** 2
+        turn += (w[i] - bias[i]) ** 2
+        swing += rate[i] ** 2
+        length += reference[i] ** 2
+    return (
+        math.sqrt(knock) > max(LEAST_KNOCK[0], KNOCK * limits.accel_sd)
+        or math.sqrt(shift) > max(LEAST_SHIFT[0], SHIFT * spread * limits.accel_sd)
+        or math.sqrt(turn) > max(LEAST_KNOCK[1], KNOCK * limits.gyro_sd)
+        or math.sqrt(swing) > max(LEAST_SHIFT[1], SHIFT * spread * limits.gyro_sd)
+        or abs(math.sqrt(length) - limits.gravity) > GRAVITY_ERROR
+    )
