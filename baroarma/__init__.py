@@ -20,10 +20,13 @@ if TYPE_CHECKING:
     from baroarma.formats import read as read
     from baroarma.identification import Identification as Identification
     from baroarma.identification import identify as identify
+    from baroarma.imu_noise import ImuNoise as ImuNoise
     from baroarma.noise_model import NoiseModel as NoiseModel
+    from baroarma.prediction import predict_accuracy as predict_accuracy
     from baroarma.recording import Recording as Recording
     from baroarma.track import Track as Track
     from baroarma.tracker import Tracker as Tracker
+    from baroarma.tuning import tune as tune
     from baroarma.whitening import WhiteningFilter as WhiteningFilter
 
 __version__ = "0.1.0"
@@ -32,6 +35,7 @@ _HOME = {
     "ArmaModel": "baroarma.arma",
     "Finding": "baroarma.finding",
     "Identification": "baroarma.identification",
+    "ImuNoise": "baroarma.imu_noise",
     "NoiseModel": "baroarma.noise_model",
     "Recording": "baroarma.recording",
     "Track": "baroarma.track",
@@ -39,7 +43,9 @@ _HOME = {
     "WhiteningFilter": "baroarma.whitening",
     "compare": "baroarma.comparison",
     "identify": "baroarma.identification",
+    "predict_accuracy": "baroarma.prediction",
     "read": "baroarma.formats",
+    "tune": "baroarma.tuning",
 }
 __all__ = sorted(_HOME)
 

@@ -12,7 +12,7 @@ once, and `step` goes on where `run` ended.
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,16 +84,17 @@ class Chain:
             state = self.height.step(dt=dt, altitude=z, accel=accel, gyro=gyro)
             self._acceleration = (state.velocity - self._velocity) / dt if dt > 0 else 0.0
         else:
-            a = self.attitude.step(dt=dt, accel=accel, gyro=gyro, attitude=attitude).acceleration
-            self._age = self._age + dt if np.isnan(a) else 0.0
-            used, sd = _driven(np.array([a]), np.array([self._age]), np.array([dt]))
-            still = self.stillness is not None and self.stillness.step(dt=dt, accel=accel, gyro=gyro)
+            felt = self.attitude.step(dt=dt, accel=accel, gyro=gyro, attitude=attitude)
+            self._age = self._age + dt if np.isnan(felt.acceleration) else 0.0
+            a, age = np.array([felt.acceleration]), np.array([self._age])
+            used, sd = _driven(a, age, np.array([dt]))
+            listens: dict[str, Any] = {}
+            if self.stillness is not None:
+                still, shaking = self.stillness.step(dt=dt, accel=accel, gyro=gyro)
+                listens = {"at_rest": bool(still[0]), "up": felt.up}
+                sd = np.where(np.isnan(sd), shaking, sd)
             state = self.height.step(
-                dt=dt,
-                altitude=z,
-                acceleration=float(used[0]),
-                acceleration_sd=float(sd[0]),
-                at_rest=still,
+                dt=dt, altitude=z, acceleration=float(used[0]), acceleration_sd=float(sd[0]), **listens
             )
             self._acceleration = self._acceleration if np.isnan(used[0]) else float(used[0])
         self._velocity = state.velocity
@@ -114,11 +115,15 @@ class Chain:
         else:
             assert rows.accel is not None
             assert rows.gyro is not None
-            a = self.attitude.run(rows.t, rows.accel, rows.gyro, rows.reference_attitude).acceleration
-            age = _age(rows.t, a, self._age + dt)
-            used, sd = _driven(a, age, steps)
-            still = self.stillness and self.stillness.run(rows.t, rows.accel, rows.gyro, dt)
-            height = self.height.run(rows.t, z, used, sd, at_rest=still)
+            felt = self.attitude.run(rows.t, rows.accel, rows.gyro, rows.reference_attitude)
+            age = _age(rows.t, felt.acceleration, self._age + dt)
+            used, sd = _driven(felt.acceleration, age, steps)
+            listens = {}
+            if self.stillness is not None:
+                still, shaking = self.stillness.run(rows.t, rows.accel, rows.gyro, dt)
+                listens = {"at_rest": still, "up": felt.up}
+                sd = np.where(np.isnan(sd), shaking, sd)
+            height = self.height.run(rows.t, z, used, sd, **listens)
             found = ChainRun(height, _held(used, self._acceleration))
             self._age = float(age[-1])
         self._acceleration, self._velocity = float(found.acceleration[-1]), float(found.height.velocity[-1])

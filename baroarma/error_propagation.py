@@ -22,10 +22,7 @@ from baroarma.error_sources import (
     ACCEL,
     ACCEL_BEFORE,
     BEFORE,
-    BIAS,
-    LEVEL,
     SAMPLE,
-    SWAY,
     ZERO,
     Errors,
     Step,
@@ -68,7 +65,7 @@ def propagate(height: Complementary | LinearHeight, errors: Errors, rows: int) -
     m = 2 if isinstance(height, Complementary) else height.dim_x
     S = np.zeros((errors.size + m, errors.size + m))
     S[: errors.size, : errors.size] = aligned_covariance(errors, new[:start])
-    sds, steps = np.zeros((2, rows)), {}
+    sds, steps = np.zeros((2, rows)), dict[int, Step]()
     last, back = _compared(errors, rows, start)
     for k, step in enumerate(_steps(height, errors, new[start:]), start):
         S = step.spread(S)
@@ -76,14 +73,15 @@ def propagate(height: Complementary | LinearHeight, errors: Errors, rows: int) -
         if k in last or k in back:
             steps[k] = step
     cycles = [reduce(Step.then, (steps[k] for k in cycle)) for cycle in (last, back) if len(cycle)]
-    return Propagation(*sds, *_steady(cycles, S, errors.size))
+    return Propagation(sds[0], sds[1], *_steady(cycles, S, errors.size))
 
 
 def _steps(height: Complementary | LinearHeight, errors: Errors, new: NDArray[np.bool_]) -> Iterator[Step]:
     """Yield the whole system's step of each row after the alignment."""
     noise = [noise_step(errors, still=False, samples=10**9, fresh=f, share=0.0) for f in (False, True)]
     last: tuple[Row, bool] | None = None
-    for row, fresh in zip(filter_rows(height, errors.dt, new), new.tolist(), strict=True):
+    rows = filter_rows(height, errors.dt, new, errors.rest)
+    for row, fresh in zip(rows, new.tolist(), strict=True):
         if last is None or last[0] is not row or last[1] != fresh:
             last, m = (row, fresh), len(row.b)
             A, Q = noise[fresh]
@@ -99,16 +97,14 @@ def _filter_step(errors: Errors, row: Row, *, midpoint: bool) -> Step:
     x[:, size:], x[:, BEFORE], x[:, SAMPLE] = row.L, row.before, row.now
     x[:, ZERO] = -errors.dc_gain * (row.before + row.now)
     x[:, ACCEL_BEFORE], x[:, ACCEL] = (row.b / 2, row.b / 2) if midpoint else (row.b, 0.0)
-    x[:, [BIAS, LEVEL, SWAY]] = row.b[:, None]
     return Step(A, np.zeros_like(A))
 
 
 def _compared(errors: Errors, rows: int, start: int) -> tuple[range, range]:
     """Return the rows of the last cycle of barometer samples, and of one half the run before; empty: none."""
-    cycle = max(1.0, errors.imu.rate_hz / errors.noise.rate_hz)
-    period = round(cycle)
+    period = round(errors.rows_per_sample)
     shift = (rows - start) // (2 * period) * period
-    if abs(cycle - period) > 1e-6 or shift < period:
+    if period != errors.rows_per_sample or shift < period:
         return range(0), range(0)
     return range(rows - period, rows), range(rows - period - shift, rows - shift)
 
@@ -118,7 +114,10 @@ def _steady(cycles: list[Step], S: Signal, size: int) -> tuple[float | None, flo
 
     None where the variance still grows after 2^20 cycles, and where the gains still change.
     """
-    if not cycles or np.abs(cycles[0].A - cycles[1].A).max() > STEADY * np.abs(cycles[0].A[size:, :size]).max():
+    if (
+        not cycles
+        or np.abs(cycles[0].A - cycles[1].A).max() > STEADY * np.abs(cycles[0].A[size:, :size]).max()
+    ):
         return None, None
     cycle = cycles[0]
     for _ in range(20):

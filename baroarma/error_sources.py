@@ -3,36 +3,39 @@
 All of it is one linear system, s_k = A s_{k-1} + noise of covariance Q, whose states are, in this order,
 
     Gauss-Markov noise c, drift d, the altitude's zero (mean of c + d + u over the alignment, or its first
-    sample), the conditioned sample before and now, the acceleration sample before and now, the constant error
-    of the acceleration, its two errors by tilt, the samples that the average remembers, the delay of the
-    whitening filter.
+    sample), the conditioned sample before and now, the error of the acceleration before and now; of its parts
+    the constant one, the wandering one and the two by tilt; the samples that the average remembers, the
+    delay of the whitening filter.
 
 A tilt error theta brings the horizontal acceleration into the vertical one: a_h · theta, a product of two
-independent processes.  With exponential autocorrelations, sds and times (A, T) and (B, U), the product has the
-sd A B and the rate 1/T + 1/U.
+independent processes.  With exponential autocorrelations, sds and times (A, T) and (B, U), the product has
+the sd A B and the rate 1/T + 1/U.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.atmosphere import STANDARD_GRAVITY
-from baroarma.imu_noise import ImuNoise
+from baroarma.estimators.base import Alignment
+from baroarma.imu_noise import WANDER_TIME, ImuNoise
 from baroarma.noise_model import NoiseModel
 from baroarma.whitening import WhiteningFilter
 
 Signal = NDArray[np.float64]
 
-CORRELATED, DRIFT, ZERO, BEFORE, SAMPLE, ACCEL_BEFORE, ACCEL, BIAS, LEVEL, SWAY, MEMORY = range(11)
+CORRELATED, DRIFT, ZERO, BEFORE, SAMPLE, ACCEL_BEFORE, ACCEL, BIAS, WANDER, LEVEL, SWAY, MEMORY = range(12)
 """Where the states are."""
 LEVELLING: Final = 3.0
 """Time in s over which an attitude filter levels by the accelerometer (chosen by us: the tilt filter's own
 settings give it 2.3 s at rest)."""
+SAME_RATE: Final = 0.02
+"""Relative difference of two rates that is an error of measuring them (chosen by us)."""
 MOTION: Final = 1.0
 """Correlation time in s of people's horizontal accelerations (chosen by us)."""
 
@@ -72,6 +75,8 @@ class Errors:
         Seconds at the start over which zero and gravity are averaged.
     horizontal_acceleration : float
         Rms of the horizontal acceleration, m/s², which brings the tilt's error into the vertical one.
+    rest : Alignment
+        What the alignment tells the height filter.
     """
 
     noise: NoiseModel
@@ -81,6 +86,7 @@ class Errors:
     captured: bool
     alignment: float
     horizontal_acceleration: float
+    rest: Alignment = field(default=Alignment())
 
     @property
     def dt(self) -> float:
@@ -102,9 +108,15 @@ class Errors:
         """Number of rows of the alignment."""
         return math.ceil(self.alignment * self.imu.rate_hz - 1e-6)
 
+    @property
+    def rows_per_sample(self) -> float:
+        """How many rows come to one altitude; rates that hardly differ from a whole ratio have one."""
+        ratio = max(1.0, self.imu.rate_hz / self.noise.rate_hz)
+        return round(ratio) if abs(ratio / round(ratio) - 1) < SAME_RATE else ratio
+
     def new_samples(self, rows: int) -> NDArray[np.bool_]:
         """Return at which of so many rows the barometer has a new sample, (rows,)."""
-        count = np.floor(np.arange(rows) * min(self.noise.rate_hz / self.imu.rate_hz, 1.0) + 1e-9)
+        count = np.floor(np.arange(rows) / self.rows_per_sample + 1e-9)
         return np.asarray(np.diff(count, prepend=-1.0) > 0)
 
 
@@ -112,7 +124,7 @@ def aligned_covariance(errors: Errors, new: NDArray[np.bool_]) -> Signal:
     """Return the covariance of the noise states after the alignment's rows.
 
     The mean modulus of the specific force stands for gravity, so that of the accelerometer's bias only the
-    mean of its white noise is left.
+    mean of its white noise is left, and what it wanders from there.
     """
     imu, tilt = errors.imu, errors.horizontal_acceleration
     S = np.zeros((errors.size, errors.size))
@@ -124,7 +136,9 @@ def aligned_covariance(errors: Errors, new: NDArray[np.bool_]) -> Signal:
         share = (1 / new.sum() if errors.captured else float(taken == 0)) if fresh else 0.0
         S = noise_step(errors, still=k == 0, samples=taken + fresh, fresh=bool(fresh), share=share).spread(S)
         taken += int(fresh)
-    S[BIAS, BIAS] = imu.accel_sd**2 / len(new)
+    wander = imu.accel_wander_sd**2
+    S[BIAS, BIAS], S[WANDER, WANDER] = imu.accel_sd**2 / len(new) + wander, wander
+    S[BIAS, WANDER] = S[WANDER, BIAS] = -wander
     return S
 
 
@@ -160,16 +174,25 @@ def _time_step(errors: Errors) -> Step:
     noise, dt = errors.noise, errors.dt
     A, q = np.eye(errors.size), np.zeros(errors.size)
     A[BEFORE], A[ACCEL_BEFORE], A[ACCEL] = A[SAMPLE], A[ACCEL], 0.0
-    q[ACCEL], q[DRIFT] = errors.imu.accel_sd**2, noise.drift_rate**2 * dt
+    q[DRIFT] = noise.drift_rate**2 * dt
     rest, swayed = tilt_variances(errors.imu, errors.alignment)
     fading = 1 / MOTION + 1 / LEVELLING  # of the product of two processes that fade independently
     for state, variance, rate in (
         (CORRELATED, noise.correlated_sd**2, 1 / noise.correlation_time if noise.has_gauss_markov else 0.0),
+        (WANDER, errors.imu.accel_wander_sd**2, 1 / WANDER_TIME),
         (LEVEL, errors.horizontal_acceleration**2 * rest, 1 / MOTION),
         (SWAY, errors.horizontal_acceleration**2 * swayed, fading),
     ):
         A[state, state], q[state] = math.exp(-rate * dt), -variance * math.expm1(-2 * rate * dt)
-    return Step(A, np.diag(q))
+    return Step(A, np.diag(q)).then(_acceleration_step(errors))
+
+
+def _acceleration_step(errors: Errors) -> Step:
+    """Add up the error of the acceleration sample."""
+    A, Q = np.eye(errors.size), np.zeros((errors.size, errors.size))
+    A[ACCEL, [BIAS, WANDER, LEVEL, SWAY]] = 1.0
+    Q[ACCEL, ACCEL] = errors.imu.accel_sd**2
+    return Step(A, Q)
 
 
 def _sample_step(errors: Errors, samples: int, share: float) -> Step:

@@ -14,6 +14,7 @@ import numpy as np
 from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
+from baroarma.estimators.base import Alignment
 from baroarma.estimators.height.complementary import LONGEST_WEIGHT, Complementary
 from baroarma.estimators.height.linear import LinearHeight, motion_transition
 
@@ -33,7 +34,12 @@ class Row(NamedTuple):
     """What an acceleration does, (m,)."""
 
 
-def filter_rows(height: Complementary | LinearHeight, dt: float, new: NDArray[np.bool_]) -> Iterator[Row]:
+def filter_rows(
+    height: Complementary | LinearHeight,
+    dt: float,
+    new: NDArray[np.bool_],
+    alignment: Alignment | None = None,
+) -> Iterator[Row]:
     """Yield what a height filter does to its state at each row, from a reset on; the first takes no time.
 
     Parameters
@@ -44,9 +50,13 @@ def filter_rows(height: Complementary | LinearHeight, dt: float, new: NDArray[np
         Interval of the rows, s.
     new : ndarray, shape (n,)
         Whether there is an altitude.
+    alignment : Alignment, optional
+        What it is reset to.
     """
-    height.reset()
-    return (_constant_gains if isinstance(height, Complementary) else _kalman_gains)(height, dt, new)  # type: ignore[arg-type]
+    height.reset(alignment)
+    if isinstance(height, Complementary):
+        return _constant_gains(height, dt, new)
+    return _kalman_gains(height, dt, new)
 
 
 def _constant_gains(height: Complementary, dt: float, new: NDArray[np.bool_]) -> Iterator[Row]:

@@ -1,4 +1,4 @@
-"""The noise of an IMU in five numbers: what a prediction needs to know about accelerometer and gyro.
+"""The noise of an IMU in six numbers: what a prediction needs to know about accelerometer and gyro.
 
 White noise is given as a two-sided density d, as in `NoiseModel`: a sample of it has the sd d sqrt(rate), and
 an integrated gyro wanders by d rad in a second.  A data sheet's density is one-sided; divide it by sqrt(2).
@@ -28,6 +28,8 @@ Signal = NDArray[np.float64]
 
 SHORT: Final = 0.2
 """Length in s of the means that tell the white noise."""
+WANDER_TIME: Final = 100.0
+"""Time in s over which biases move (chosen by us, as the simulated devices have it)."""
 SHORTEST_REST: Final = 10.0
 """Rest in s that is needed at least; the density is then known to about 7 %."""
 TURNED: Final = 0.1
@@ -52,6 +54,9 @@ class ImuNoise:
         stays as a tilt.
     gyro_bias_sd : float
         How far the gyro's bias moves from where a rest found it, rad/s.
+    accel_wander_sd : float
+        How far the accelerometer's bias moves from where a rest found it, m/s²: the sd of a Gauss-Markov
+        process of `WANDER_TIME` s.
     rate_hz : float
         Rate of the samples, Hz.
 
@@ -63,8 +68,8 @@ class ImuNoise:
     Examples
     --------
     >>> imu = ImuNoise.of_device("simple")
-    >>> imu
-    <ImuNoise at 50 Hz: accel 0.003467 m/s²/√Hz, bias 0.01961 m/s²; gyro 0.0003702 rad/s/√Hz, bias 0 rad/s>
+    >>> print(repr(imu).partition("; ")[0])
+    <ImuNoise at 50 Hz: accel 0.003467 m/s²/√Hz, bias 0.01961 m/s², wander 0 m/s²
     >>> round(imu.accel_sd / STANDARD_GRAVITY, 6)
     0.0025
     """
@@ -73,6 +78,7 @@ class ImuNoise:
     gyro_density: float = 0.0
     accel_bias_sd: float = 0.0
     gyro_bias_sd: float = 0.0
+    accel_wander_sd: float = 0.0
     rate_hz: float = field(kw_only=True)
 
     def __post_init__(self) -> None:
@@ -88,8 +94,8 @@ class ImuNoise:
     def __repr__(self) -> str:
         return (
             f"<ImuNoise at {self.rate_hz:.4g} Hz: accel {self.accel_density:.4g} m/s²/√Hz, "
-            f"bias {self.accel_bias_sd:.4g} m/s²; gyro {self.gyro_density:.4g} rad/s/√Hz, "
-            f"bias {self.gyro_bias_sd:.4g} rad/s>"
+            f"bias {self.accel_bias_sd:.4g} m/s², wander {self.accel_wander_sd:.4g} m/s²; "
+            f"gyro {self.gyro_density:.4g} rad/s/√Hz, bias {self.gyro_bias_sd:.4g} rad/s>"
         )
 
     @property
@@ -109,12 +115,13 @@ class ImuNoise:
             "gyro_density_rad_s_sqrt_hz": self.gyro_density,
             "accel_bias_sd_m_s2": self.accel_bias_sd,
             "gyro_bias_sd_rad_s": self.gyro_bias_sd,
+            "accel_wander_sd_m_s2": self.accel_wander_sd,
             "rate_hz": self.rate_hz,
         }
 
     @classmethod
     def of_device(cls, name: str, *, rate_hz: float = 50.0) -> ImuNoise:
-        """Return the noise of a simulated device's IMU, by the device's name in `baroarma.simulation.DEVICES`.
+        """Return the noise of a device's IMU, by its name in `baroarma.simulation.DEVICES`.
 
         Parameters
         ----------
@@ -136,17 +143,23 @@ class ImuNoise:
         if imu is None:
             raise ValueError(f"the device {name!r} has no IMU; there is nothing to predict with")
         rate_hz = rate_hz if imu.rate_hz is None else min(rate_hz, imu.rate_hz)
-        root = math.sqrt(rate_hz)
-        bias_sd = math.hypot(imu.accel_bias_sd, imu.accel.drift_sd)
-        return cls(imu.accel_sd / root, imu.gyro_sd / root, bias_sd, imu.gyro.drift_sd, rate_hz=rate_hz)
+        return cls(
+            accel_density=imu.accel_sd / math.sqrt(rate_hz),
+            gyro_density=imu.gyro_sd / math.sqrt(rate_hz),
+            accel_bias_sd=imu.accel_bias_sd,
+            gyro_bias_sd=imu.gyro.drift_sd,
+            accel_wander_sd=imu.accel.drift_sd,
+            rate_hz=rate_hz,
+        )
 
     @classmethod
     def from_recording(cls, rest: Recording) -> ImuNoise:
         """Measure the noise in a motionless recording of at least ten seconds.
 
         One recording shows one unit: `accel_bias_sd` is by how much its mean specific force differs from
-        standard gravity (the place's own gravity, up to 0.03 m/s², included), `gyro_bias_sd` how far the means
-        of its seconds wander beyond the white noise.
+        standard gravity (the place's own gravity, up to 0.03 m/s², included), `gyro_bias_sd` and
+        `accel_wander_sd` how far the means of its seconds wander beyond the white noise: minutes of rest
+        show more of that than ten seconds.
 
         Raises
         ------
@@ -157,8 +170,8 @@ class ImuNoise:
         --------
         >>> from baroarma.simulation import simulate
         >>> imu = ImuNoise.from_recording(simulate("rest", duration=120, seed=1))
-        >>> round(imu.accel_density / ImuNoise.of_device("simple").accel_density, 1), imu.rate_hz
-        (1.0, 50.0)
+        >>> round(imu.accel_density / ImuNoise.of_device("simple").accel_density, 1), round(imu.rate_hz)
+        (1.0, 50)
         """
         if rest.accel is None or rest.gyro is None:
             raise ValueError(
@@ -166,16 +179,14 @@ class ImuNoise:
                 "noise by hand with ImuNoise(...)"
             )
         rate_hz, accel = _samples(rest, rest.accel)
-        gyro = _samples(rest, rest.gyro)[1]
-        _refuse_motion(rest, _means(accel, rate_hz, 1.0), _means(gyro, rate_hz, 1.0))
-        gyro_density = _density(gyro, rate_hz)
-        seconds = _means(gyro, rate_hz, 1.0)
-        wander = float(np.mean(np.var(seconds, axis=0, ddof=1))) - gyro_density**2
+        gyro_hz, gyro = _samples(rest, rest.gyro)
+        _refuse_motion(rest, _means(accel, rate_hz, 1.0), _means(gyro, gyro_hz, 1.0))
         return cls(
             accel_density=_density(accel, rate_hz),
-            gyro_density=gyro_density,
+            gyro_density=_density(gyro, gyro_hz),
             accel_bias_sd=abs(float(np.linalg.norm(accel.mean(axis=0))) - STANDARD_GRAVITY),
-            gyro_bias_sd=math.sqrt(max(wander, 0.0)),
+            gyro_bias_sd=_wander(gyro, gyro_hz),
+            accel_wander_sd=_wander(accel, rate_hz),
             rate_hz=rate_hz,
         )
 
@@ -207,13 +218,21 @@ def _density(signal: Signal, rate_hz: float) -> float:
     return math.sqrt(variance * points / rate_hz)
 
 
+def _wander(signal: Signal, rate_hz: float) -> float:
+    """Return by how much the means of seconds spread beyond the white noise."""
+    seconds = _means(signal, rate_hz, 1.0)
+    beyond = float(np.mean(np.var(seconds, axis=0, ddof=1))) - _density(signal, rate_hz) ** 2
+    return math.sqrt(max(beyond, 0.0))
+
+
 def _refuse_motion(rest: Recording, force: Signal, rate: Signal) -> None:
     tilted = float(np.linalg.norm(force - np.median(force, axis=0), axis=1).max())
     turned = float(np.linalg.norm(rate - np.median(rate, axis=0), axis=1).max())
     if tilted > TILTED or turned > TURNED:
         raise ValueError(
-            f"{_name(rest)} is not at rest (a second's mean of the specific force is off by {tilted:.2g} m/s², "
-            f"of the angular rate by {turned:.2g} rad/s); cut the rest out or log the sensor where it lies still"
+            f"{_name(rest)} is not at rest (a second's mean of the specific force is off by {tilted:.2g} "
+            f"m/s², of the angular rate by {turned:.2g} rad/s); cut the rest out or log the sensor where it "
+            "lies still"
         )
 
 

@@ -301,9 +301,7 @@ class Tracker:
             assert accel is not None
             assert gyro is not None
             stillness = Stillness(alignment)
-            still = stillness.run(t, accel, gyro)
-            # this second's altitudes tell the offset; what came before it knows no other height
-            height.run(t, altitude - zero, np.zeros(len(t)), at_rest=still)
+            height.look_back(t, altitude - zero, stillness.run(t, accel, gyro).still)
         return Chain(
             self._attitude, height, conditioner, zero=zero, rate_hz=rate_hz, with_imu=imu, stillness=stillness
         )

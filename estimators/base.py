@@ -120,11 +120,21 @@ class HeightEstimator(ABC):
     input: ClassVar[Literal["acceleration", "imu"]] = "acceleration"
     """What it integrates: a vertical acceleration, or accelerometer and gyro themselves."""
     listens_to_rest: bool = False
-    """Whether it wants to be told when the IMU is still, and judges for itself what follows."""
+    """Whether it wants to be told when the IMU is still, and which way is up, and judges for itself what
+    follows.  Others are given neither."""
 
     @abstractmethod
     def reset(self, alignment: Alignment | None = None) -> None:
         """Start anew at height 0 and velocity 0."""
+
+    def look_back(self, t: Signal, altitude: Signal, at_rest: NDArray[np.bool_]) -> None:
+        """Learn from the rest before the first row, if that tells it anything; for who `listens_to_rest`.
+
+        Parameters
+        ----------
+        t, altitude, at_rest : ndarray, shape (n,)
+            As in `run`, without acceleration.  The row that comes next takes no time.
+        """
 
     @abstractmethod
     def step(
@@ -137,6 +147,7 @@ class HeightEstimator(ABC):
         accel: Signal | None = None,
         gyro: Signal | None = None,
         at_rest: bool = False,
+        up: Signal | None = None,
     ) -> HeightState:
         """Take one sample.
 
@@ -154,6 +165,8 @@ class HeightEstimator(ABC):
             The IMU itself, for `input = "imu"`.
         at_rest : bool
             Whether something that knows (a rest detector) says that the device does not move now.
+        up : ndarray, shape (3,), optional
+            The vertical in body axes, which says how the accelerometer's bias turns.
         """
 
     @abstractmethod
@@ -166,5 +179,6 @@ class HeightEstimator(ABC):
         accel: Signal | None = None,
         gyro: Signal | None = None,
         at_rest: NDArray[np.bool_] | None = None,
+        up: Signal | None = None,
     ) -> HeightRun:
         """Take all samples, each (n,) or (n, 3); the first row takes no time, whatever came before."""

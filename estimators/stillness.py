@@ -10,6 +10,9 @@ disturbs it when
 A disturbance begins a new period; after `SETTLED` s without one the IMU is still.  How far is far follows from
 the noise of the recording's own rest (`Alignment.accel_sd`, `gyro_sd`), and is never less than what tables and
 hands do.  Being still is not being at rest: a lift at constant speed is still, too.
+
+What shakes is still, but its accelerometer sees more than its own noise, and sampled slowly it looks like
+white noise: `shaking` is its sd, from the differences of successive samples in the still periods so far.
 """
 
 from __future__ import annotations
@@ -35,9 +38,9 @@ KNOCK: Final = 6.0
 """Standard deviations of one sample that are no noise."""
 SHIFT: Final = 4.0
 """Standard deviations of a short mean that are no noise."""
-LEAST_KNOCK: Final = (0.10, 0.05)
+LEAST_KNOCK: Final = (1.0, 0.3)
 """Smallest knock, m/s² and rad/s."""
-LEAST_SHIFT: Final = (0.02, 0.02)
+LEAST_SHIFT: Final = (0.3, 0.15)
 """Smallest shift of a mean, m/s² and rad/s."""
 GRAVITY_ERROR: Final = 0.3
 """By how much the reference may differ from gravity, m/s²: scale errors, and biases in another mounting."""
@@ -45,6 +48,21 @@ DEFAULT_SD: Final = (0.04, 0.003)
 """Noise where no rest tells it, m/s² and rad/s."""
 LARGEST_SD: Final = (0.2, 0.05)
 """Noise beyond which the rest was none, m/s² and rad/s."""
+
+
+SHAKING_TIME: Final = 10.0
+"""Time constant of the mean of squared differences, s."""
+SHAKEN: Final = 1.2
+"""Times the accelerometer's own noise from which something shakes."""
+
+
+class StillnessRun(NamedTuple):
+    """What an IMU feels, row by row."""
+
+    still: NDArray[np.bool_]
+    """Whether it feels no motion, (n,)."""
+    shaking: Signal
+    """White noise of one accelerometer sample where it shakes, m/s², (n,); NaN: no more than its own."""
 
 
 class Limits(NamedTuple):
@@ -67,7 +85,7 @@ class Stillness:
     --------
     >>> still = Stillness(Alignment())
     >>> t, rest = np.arange(100) / 50, np.tile([0.0, 0.0, 9.81], (100, 1))
-    >>> still.run(t, rest, np.zeros((100, 3))).argmax() / 50
+    >>> still.run(t, rest, np.zeros((100, 3))).still.argmax() / 50
     0.52
     """
 
@@ -76,21 +94,22 @@ class Stillness:
         accel_sd, gyro_sd = (min(sd, most) if math.isfinite(sd) else usual for sd, usual, most in noise)
         self._limits = Limits(accel_sd, gyro_sd, alignment.gravity)
         self._bias = np.array(alignment.gyro_bias)
-        self._memory = np.full(12, np.nan)
-        self._memory[9:] = 0.0
+        self._memory = np.zeros(16)
+        self._memory[12] = accel_sd**2
 
-    def step(self, *, dt: float, accel: Signal, gyro: Signal) -> bool:
-        """Take one sample, as `AttitudeEstimator.step`; return whether the IMU is still."""
-        return bool(self._take(np.array([dt]), accel[None], gyro[None])[0])
+    def step(self, *, dt: float, accel: Signal, gyro: Signal) -> StillnessRun:
+        """Take one sample, as `AttitudeEstimator.step`; return a run of one row."""
+        return self._take(np.array([dt]), accel[None], gyro[None])
 
-    def run(self, t: Signal, accel: Signal, gyro: Signal, dt: float = 0.0) -> NDArray[np.bool_]:
+    def run(self, t: Signal, accel: Signal, gyro: Signal, dt: float = 0.0) -> StillnessRun:
         """Take all samples: t (n,), accel (n, 3), gyro (n, 3); the first row comes `dt` s after the last one."""
         return self._take(np.diff(t, prepend=t[:1] - dt), accel, gyro)
 
-    def _take(self, dt: Signal, accel: Signal, gyro: Signal) -> NDArray[np.bool_]:
-        still = np.zeros(len(dt), np.bool_)
-        _run(dt, np.array(accel, float), np.array(gyro, float), self._bias, self._limits, self._memory, still)
-        return still
+    def _take(self, dt: Signal, accel: Signal, gyro: Signal) -> StillnessRun:
+        found = StillnessRun(np.zeros(len(dt), np.bool_), np.empty(len(dt)))
+        accel, gyro = np.array(accel, float), np.array(gyro, float)
+        _run(dt, accel, gyro, self._bias, self._limits, self._memory, *found)
+        return found
 
 
 @njit(cache=True)
@@ -102,9 +121,14 @@ def _run(
     limits: Limits,
     memory: Signal,
     still: NDArray[np.bool_],
+    shaking: Signal,
 ) -> None:
-    """Fill `still`; the memory goes on: reference, short means of force and rate, age, samples, silence."""
-    reference, force, rate = memory[:3], memory[3:6], memory[6:9]
+    """Fill the last two.
+
+    The memory goes on: reference, short means of force and rate, age, samples, silence, variance of shaking,
+    last force.
+    """
+    reference, force, rate, last = memory[:3], memory[3:6], memory[6:9], memory[13:16]
     for k in range(len(dt)):
         age, samples = memory[9] + dt[k], memory[10]
         silence = memory[11] + dt[k]
@@ -133,9 +157,15 @@ def _run(
                 rate[:] = w - bias
                 age = 0.0
             samples += 1.0
-            silence = 0.0
+            since, silence = silence, 0.0
+            if age > SETTLED:
+                square = ((f[0] - last[0]) ** 2 + (f[1] - last[1]) ** 2 + (f[2] - last[2]) ** 2) / 6.0
+                memory[12] += min(since / SHAKING_TIME, 1.0) * (square - memory[12])
+            last[:] = f
         memory[9], memory[10], memory[11] = age, samples, silence
         still[k] = age > SETTLED and silence <= LONGEST_SILENCE
+        shaken = math.sqrt(memory[12])
+        shaking[k] = shaken if shaken > SHAKEN * limits.accel_sd else math.nan
 
 
 @njit(cache=True)

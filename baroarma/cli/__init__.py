@@ -18,9 +18,12 @@ from baroarma import __version__
 from baroarma.cli.calibrate import calibrate
 from baroarma.cli.common import Refusal
 from baroarma.cli.compare import compare
+from baroarma.cli.convert import convert
 from baroarma.cli.demo import demo
 from baroarma.cli.experiment import experiment
+from baroarma.cli.export import export
 from baroarma.cli.identify import identify
+from baroarma.cli.predict import predict
 from baroarma.cli.simulate import simulate
 from baroarma.cli.track import track
 from baroarma.cli.whiten import whiten
@@ -39,7 +42,7 @@ def cli(context: click.Context) -> None:
         raise click.UsageError("give a command, such as identify", context)
 
 
-for command in (identify, whiten, track, compare, calibrate, simulate, experiment, demo):
+for command in (identify, whiten, track, compare, predict, calibrate, convert, simulate, experiment, export, demo):
     cli.add_command(command)
 
 

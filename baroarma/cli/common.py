@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -68,7 +70,8 @@ def read_recordings(
     """Read the files; one with pressure starts a recording, those without belong to the one before."""
     from baroarma.formats import read_all
 
-    recordings = read_all(files, mapping=_pairs(mapping) or None)
+    with busy(f"reading {', '.join(files)}"):
+        recordings = read_all(files, mapping=_pairs(mapping) or None)
     if start is None and stop is None:
         return recordings
     cut = [
@@ -98,17 +101,26 @@ def say(message: str) -> None:
 
 
 def with_progress(items: Sequence[T], what: str) -> Iterator[T]:
-    """Iterate with a progress bar on stderr, if there is more than one item and a terminal to see it."""
-    import sys
-
+    """Iterate with a progress bar on stderr, or a line for one item, if there is a terminal to see it."""
     if len(items) < 2 or not sys.stderr.isatty():
-        yield from items
+        with busy(what):
+            yield from items
         return
     from rich.console import Console
     from rich.progress import track
 
     tracked: Iterable[T] = track(items, description=what, console=Console(stderr=True), transient=True)
     yield from tracked
+
+
+def busy(what: str) -> AbstractContextManager[object]:
+    """Show on stderr what takes a while, until it is done, if there is a terminal to see it."""
+    if not sys.stderr.isatty():
+        return nullcontext()
+    from rich.console import Console
+    from rich.markup import escape
+
+    return Console(stderr=True).status(escape(what))
 
 
 def _pairs(mapping: Sequence[str]) -> dict[str, str]:

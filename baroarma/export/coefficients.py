@@ -1,11 +1,13 @@
-"""The whitening filter's coefficients as JSON, CSV, C source and CMSIS-DSP biquad."""
+"""The whitening filter's coefficients as JSON, CSV, C source, CMSIS-DSP biquad and C in fixed point."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import partial
 from typing import Final
 
+from baroarma.export.fixed_point import fixed_point_source
 from baroarma.whitening import WhiteningFilter
 
 
@@ -16,10 +18,11 @@ def render(whitening: WhiteningFilter, form: str) -> str:
     ----------
     whitening : WhiteningFilter
         The filter.
-    form : {"json", "csv", "c", "cmsis"}
+    form : {"json", "csv", "c", "cmsis", "q15", "q31"}
         ``json``: the documented object; ``csv``: columns b, a; ``c``: a C99 function for one sample;
         ``cmsis``: the coefficient array of CMSIS-DSP's ``arm_biquad_cascade_df2T_init_f32`` (its feedback
-        coefficients have the opposite sign).
+        coefficients have the opposite sign); ``q15`` and ``q31``: a C99 function in fixed point, with the
+        response of the rounded coefficients (`baroarma.export.fixed_point`).
 
     Examples
     --------
@@ -92,5 +95,7 @@ FORMATS: Final[dict[str, Callable[[WhiteningFilter], str]]] = {
     "csv": _csv,
     "c": _c,
     "cmsis": _cmsis,
+    "q15": partial(fixed_point_source, form="q15"),
+    "q31": partial(fixed_point_source, form="q31"),
 }
 """Renderers by the name that users type."""

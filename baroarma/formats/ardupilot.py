@@ -15,6 +15,10 @@ a long log's millions.
 
 from __future__ import annotations
 
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from types import ModuleType
 from typing import Any, Final
@@ -23,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.formats.errors import UnreadableError
-from baroarma.formats.logs import optional_module, parsing, several_note, stream
+from baroarma.formats.logs import damaged_note, optional_module, parsing, several_note, stream
 from baroarma.formats.table import Table
 
 Signal = NDArray[np.float64]
@@ -36,23 +40,47 @@ HEAD: Final = 3
 def read_ardupilot(path: str) -> tuple[Table, ...]:
     """Read one dataflash log; parameters, result and errors as `baroarma.formats.ulog.read_ulog`."""
     reader = optional_module("pymavlink.DFReader", path, "ardupilot")
-    with open(path, "rb") as file:
-        if file.read(2) != b"\xa3\x95":
-            raise UnreadableError(
-                f"{path}: this is not a dataflash log: it does not begin with A3 95; name another file"
-            )
-    with parsing(path, "the dataflash log is damaged"), reader.DFReader_binary(path) as log:
-        baro, others = _first_instance(_message(reader, log, "BARO"))
-        imu, other_imus = _first_instance(_message(reader, log, "IMU"))
-        others += _logged(log, "BAR2", "BAR3")
-        other_imus += _logged(log, "IMU2", "IMU3")
+    _refuse_other_files(path)
+    with parsing(path, "the dataflash log is damaged") as said, _stderr() as said_in_c:
+        # Without the search for GPS time, which unpacks every message of a log that has none.
+        index_only = type("Index", (reader.DFReader_binary,), {"init_clock": lambda log: None})
+        with index_only(path) as log:
+            baro, others = _first_instance(_message(reader, log, "BARO"))
+            imu, other_imus = _first_instance(_message(reader, log, "IMU"))
+            others += _logged(log, "BAR2", "BAR3")
+            other_imus += _logged(log, "IMU2", "IMU3")
     if not baro:
         raise UnreadableError(
             f"{path}: the log has no pressure (no BARO message); set LOG_BITMASK to log the barometer"
         )
     notes = several_note(path, "barometers", "the first", others)
     notes += several_note(path, "IMUs", "the first", other_imus)
+    notes += damaged_note(path) if said.getvalue() or said_in_c else ()
     return (replace(_barometer(path, baro), notes=notes), *_imu(path, imu))
+
+
+def _refuse_other_files(path: str) -> None:
+    with open(path, "rb") as file:
+        if file.read(2) != b"\xa3\x95":
+            raise UnreadableError(
+                f"{path}: this is not a dataflash log: it does not begin with A3 95; name another file"
+            )
+
+
+@contextmanager
+def _stderr() -> Iterator[list[bytes]]:
+    """Collect what the library's C code says on stderr, past Python: it does so about damage only."""
+    said: list[bytes] = []
+    with tempfile.TemporaryFile() as file:
+        saved = os.dup(2)
+        os.dup2(file.fileno(), 2)
+        try:
+            yield said
+        finally:
+            os.dup2(saved, 2)
+            os.close(saved)
+        file.seek(0)
+        said += file.readlines(1000)
 
 
 def _message(reader: ModuleType, log: Any, name: str) -> Message:

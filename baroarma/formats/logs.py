@@ -45,20 +45,33 @@ def optional_module(name: str, path: str, extra: str) -> ModuleType:
 
 
 @contextmanager
-def parsing(path: str, advice: str) -> Iterator[None]:
+def parsing(path: str, reason: str) -> Iterator[io.StringIO]:
     """Turn whatever a library's parser raises into one sentence, and swallow what it prints.
 
     Parsers of binary formats do not say which errors a damaged file may raise, and some print to stdout,
     where our results go.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    reason : str
+        What it means for the user if the parser fails.
+
+    Yields
+    ------
+    io.StringIO
+        What was printed to stderr.
     """
+    said = io.StringIO()
     try:
-        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
-            yield
+        with redirect_stdout(io.StringIO()), redirect_stderr(said):
+            yield said
     except UnreadableError:
         raise
     except Exception as error:
-        reason = " ".join(str(error).split())[:200].rstrip(".") or type(error).__name__
-        raise UnreadableError(f"{path}: {advice} ({reason}); copy the file again") from error
+        detail = " ".join(str(error).split())[:200].rstrip(".") or type(error).__name__
+        raise UnreadableError(f"{path}: {reason} ({detail}); copy the file again") from error
 
 
 def stream(path: str, name: str, t: Signal, columns: Mapping[str, Signal]) -> Table:
@@ -97,3 +110,9 @@ def several_note(path: str, what: str, taken: str, others: Sequence[str]) -> tup
         f"{Path(path).name} has {1 + len(others)} {what}: {taken} was taken and {', '.join(others)} left out."
     )
     return (Finding("several-sensors", "info", text),)
+
+
+def damaged_note(path: str) -> tuple[Finding, ...]:
+    """Note that a log is damaged though readable."""
+    text = f"{Path(path).name} is damaged: what could be read was used; look for gaps and outliers."
+    return (Finding("damaged", "warning", text),)

@@ -92,6 +92,7 @@ def read_phone(path: str) -> tuple[Table, ...]:
                 tables = _phyphox(files, headers)
         except UnreadableError as error:  # name what the user has, not what was unpacked
             raise UnreadableError(str(error).replace(str(folder), path)) from error
+    tables = [table for table in tables if len(table.values[TIME])]  # a phone may lack a sensor
     if not any(COLUMNS[column].field == "pressure" for table in tables for column in table.values):
         what = "this is a folder" if os.path.isdir(path) else "this is a zip file"
         raise UnreadableError(

@@ -27,6 +27,8 @@ Signal = NDArray[np.float64]
 
 PRESSURE: Final = "sensor_msgs/msg/FluidPressure"
 IMU: Final = "sensor_msgs/msg/Imu"
+SECOND: Final = 1_000_000_000
+"""In ns."""
 NOTHING: Final = (float("nan"),) * 3
 
 
@@ -42,7 +44,8 @@ class _Topic:
     def add(self, message: Any, received: int) -> None:
         """Append one message; `received` is the bag's time in ns."""
         stamp = message.header.stamp
-        self.t.append((stamp.sec * 1_000_000_000 + stamp.nanosec or received) / 1e9)
+        ns = stamp.sec * SECOND + stamp.nanosec or received
+        self.t.append(ns / SECOND)  # of two integers: rounded once
         self.rows.append((message.fluid_pressure,) if self.kind == PRESSURE else _six(message))
 
     def is_air_pressure(self) -> bool:

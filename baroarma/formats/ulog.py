@@ -23,9 +23,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from baroarma.finding import Finding
 from baroarma.formats.errors import UnreadableError
-from baroarma.formats.logs import optional_module, parsing, several_note, stream
+from baroarma.formats.logs import damaged_note, optional_module, parsing, several_note, stream
 from baroarma.formats.table import Table
 
 Signal = NDArray[np.float64]
@@ -66,13 +65,12 @@ def read_ulog(path: str) -> tuple[Table, ...]:
         raise UnreadableError(
             f"{path}: the log has no pressure (neither {' nor '.join(BAROMETERS)}); log one of them"
         )
-    others = [f"{name} {k}" for name in BAROMETERS for k in topics.get(name, ()) if (name, k) != taken]
-    notes = several_note(path, "records of pressure", f"{taken[0]} {taken[1]}", others)
-    if damaged:
-        text = "The log is damaged: what could be read was used; look for gaps."
-        notes = (*notes, Finding("damaged", "warning", text))
+    name, instance = taken
+    others = [f"{other} {k}" for other in BAROMETERS for k in topics.get(other, ()) if (other, k) != taken]
+    notes = several_note(path, "records of pressure", f"{name} {instance}", others)
+    notes += damaged_note(path) if damaged else ()
     with parsing(path, "a topic of the log is not as PX4 writes it"):
-        baro = _barometer(path, taken[0], topics[taken[0]][taken[1]])
+        baro = _barometer(path, name, topics[name][instance])
         return (replace(baro, notes=notes), *_imu(path, topics))
 
 
@@ -82,8 +80,9 @@ def _topics(path: str) -> tuple[dict[str, dict[int, Topic]], bool]:
     with open(path, "rb") as file, parsing(path, "this is not a ULog file, or it is damaged"):
         log = pyulog.ULog(file, [*BAROMETERS, *IMUS, "sensor_gyro"])
     topics: dict[str, dict[int, Topic]] = {}
-    for data in sorted(log.data_list, key=lambda data: int(data.multi_id)):
-        topics.setdefault(data.name, {})[data.multi_id] = data.data
+    for data in log.data_list:
+        if "timestamp" in data.data:
+            topics.setdefault(data.name, {})[data.multi_id] = data.data
     return topics, bool(log.file_corruption)
 
 
@@ -106,23 +105,36 @@ def _imu(path: str, topics: Mapping[str, Mapping[int, Topic]]) -> tuple[Table, .
     if taken is None:
         return ()
     name, instance = taken
+    others = [f"{name} {k}" for k in topics[name] if k != instance]
+    notes = several_note(path, "IMUs", f"{name} {instance}", others)
+    samples = _samples(topics, name, instance)
+    return tuple(
+        replace(stream(path, name, t, {column: value}), notes=notes if column.startswith("acc") else ())
+        for column, (t, value) in samples.items()
+        if len(t)
+    )
+
+
+def _samples(
+    topics: Mapping[str, Mapping[int, Topic]], name: str, instance: int
+) -> dict[str, tuple[Signal, Signal]]:
+    """Return our column names -> time stamps and samples, (n,) and (n, 3)."""
     topic = topics[name][instance]
     if name == "sensor_combined":
-        gyro = _time(topic), _axes(topic, "gyro_rad[{}]")
-        accel = _combined_accel(topic)
+        accel, gyro = _combined_accel(topic), (_time(topic), _axes(topic, "gyro_rad[{}]"))
     elif name == "vehicle_imu":
-        gyro, accel = _mean_rate(topic, "delta_angle"), _mean_rate(topic, "delta_velocity")
+        accel, gyro = _mean_rate(topic, "delta_velocity"), _mean_rate(topic, "delta_angle")
     else:
-        accel = _time(topic), _axes(topic, "{}", "xyz")
-        first = min(topics.get("sensor_gyro", {}), default=None)
-        if first is None:
-            return (stream(path, name, accel[0], {"acc_{}_m_s2": accel[1]}),)
-        rates = topics["sensor_gyro"][first]
-        gyro = _time(rates), _axes(rates, "{}", "xyz")
-    return (
-        stream(path, f"{name} (acceleration)", accel[0], {"acc_{}_m_s2": accel[1]}),
-        stream(path, f"{name} (rate)", gyro[0], {"gyr_{}_rad_s": gyro[1]}),
-    )
+        accel, gyro = _raw(topics, "sensor_accel"), _raw(topics, "sensor_gyro")
+    return {"acc_{}_m_s2": accel, "gyr_{}_rad_s": gyro}
+
+
+def _raw(topics: Mapping[str, Mapping[int, Topic]], name: str) -> tuple[Signal, Signal]:
+    """Return the samples of a sensor's first instance; none if it was not logged."""
+    if name not in topics:
+        return np.empty(0), np.empty((0, 3))
+    topic = topics[name][min(topics[name])]
+    return _time(topic), _axes(topic, "{}", "xyz")
 
 
 def _combined_accel(topic: Topic) -> tuple[Signal, Signal]:

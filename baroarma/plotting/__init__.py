@@ -13,6 +13,7 @@ from baroarma.plotting.evidence import (
     plot_record,
     plot_residuals,
 )
+from baroarma.plotting.prediction import plot_prediction
 from baroarma.plotting.tracks import plot_comparison, plot_errors, plot_traces, plot_track
 from baroarma.plotting.values import plot_noise_model, plot_recording, plot_whitening
 
@@ -23,6 +24,7 @@ __all__ = [
     "plot_errors",
     "plot_identification",
     "plot_noise_model",
+    "plot_prediction",
     "plot_psd",
     "plot_record",
     "plot_recording",

@@ -1,9 +1,9 @@
-"""Compiled matrices and loop of the attitude filter `robust`; its equations stand there.
+"""Compiled parts of the attitude filter `robust`; its equations stand there.
 
-The strapdown runs at every row, the covariance only at a levelling, after `interval` s.  Until then F and Q
-grow row by row, so that a levelling after n rows is the product of n short ones.  Nothing is allocated within
-the loop.  Everything compiled is in this one file, because numba's cache watches no other; for the same
-reason even constants from elsewhere come in as settings.
+The strapdown runs at every row and sums up what a levelling needs to know of the interval since the last one;
+the matrices are written and the covariance moves only then.  Nothing is allocated within the loop.
+Everything compiled is in this one file, because numba's cache watches no other; for the same reason the
+constants of other modules come in with the settings.
 """
 
 from __future__ import annotations
@@ -18,30 +18,70 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 STATES: Final = 10
-"""Errors of tilt (2, world axes), horizontal velocity (2), gyro bias (3) and gyro scale (3, body axes)."""
+"""Errors of tilt (2, world axes, rad), horizontal velocity (2), gyro bias (3) and gyro scale (3)."""
 ROUNDING: Final = 1e-6
-"""Intervals that add up to a levelling's but for so much do so, s: a clock's rounding decides nothing."""
+"""Intervals that but for so much (s) add up to a levelling's do add up: no clock's rounding decides."""
 
 
 class RobustSettings(NamedTuple):
-    """Settings of `RobustAttitude`, in its units, and what else the loop needs to know."""
+    """Settings of `RobustAttitude`, in its units, and the constants of other modules."""
 
     gyro_noise_sd: float
     accel_noise_sd: float
+    accel_bias_sd: float
     bias_walk: float
-    scale_walk: float
     rate_error: float
     force_error: float
     velocity_sd: float
     velocity_time: float
-    limit: float
+    top_speed: float
     interval: float
+    latency: float
+    gravity: float
     longest_hold: float
     unseen_walk: float
-    unseen_turn: float
-    unseen_push: float
-    levelling_sd: float
-    lost_velocity_sd: float
+
+
+class RobustState(NamedTuple):
+    """What the filter remembers between rows; the last five are of the last levelling."""
+
+    q: Array
+    """Attitude, body to world, scalar last, (4,)."""
+    estimate: Array
+    """Horizontal velocity (2), gyro bias (3), gyro scale (3)."""
+    held: Array
+    """Last angular rate (3, body axes) and last specific force (3, world axes)."""
+    age: Array
+    """Seconds since the last gyro sample, the last accelerometer sample, the last levelling."""
+    flow: Array
+    """What bias and scale (6 columns) have done to tilt (2 rows), velocity (2) and its integral (2)."""
+    sums: Array
+    """Integrals since the last levelling, in the order of the constants `FORCE` to `START`."""
+    x: Array
+    P: Array
+    F: Array
+    Q: Array
+    H: Array
+    R: Array
+
+
+FORCE, DOUBLE_FORCE, TILT_VARIANCE, VELOCITY_VARIANCE, WAY, START = 0, 1, 2, 3, 4, 6
+"""Places in `RobustState.sums`: the vertical force's first and second integral, process noise of each tilt
+and each velocity, the velocity's integral (2), the velocity at the start (2)."""
+SUMS: Final = 8
+TURN_BEND: Final = 3.0
+"""How far a trapezoid misses a turn, over the cube of its interval, rad/s³ (chosen by us: a twelfth of the
+second derivative of the rate, for 1 rad/s to and fro at 1 Hz)."""
+PUSH_BEND: Final = 6.0
+"""How far a trapezoid misses a change of velocity, likewise, m/s⁴ (chosen by us: 2 m/s² to and fro)."""
+PERSISTENCE: Final = 1.0
+"""How long the errors keep their sign that are a share of rate or acceleration, s (chosen by us)."""
+UNUSUAL: Final = 3.0
+"""From so many sds on a velocity counts as a ride (chosen by us)."""
+LEVELLING_SD: Final = 0.1
+"""Error of a tilt taken anew, rad (chosen by us): the body may be accelerated by 1 m/s² sideways."""
+RIDE_SD: Final = 10.0
+"""Velocity of which nothing is known, m/s (chosen by us)."""
 
 
 @njit(cache=True)
@@ -52,24 +92,20 @@ def is_sample(v: Array) -> bool:
 
 @njit(cache=True)
 def turn(q: Array, x: float, y: float, z: float) -> None:
-    """Let q = q exp(angle / 2) for a turn by (x, y, z) rad in body axes, and give it unit length."""
-    square = x * x + y * y + z * z
-    half = 0.5 * math.sqrt(square)
-    c = math.cos(half)
+    """Let q = q exp((x, y, z) / 2), a turn by so many rad about body axes."""
+    half = 0.5 * math.sqrt(x * x + y * y + z * z)
     s = 0.5 * math.sin(half) / half if half > 0 else 0.5
-    x, y, z = s * x, s * y, s * z
-    i, j, k, w = q[0], q[1], q[2], q[3]
-    a = c * i + w * x + j * z - k * y
-    b = c * j + w * y + k * x - i * z
-    d = c * k + w * z + i * y - j * x
-    e = c * w - i * x - j * y - k * z
-    scale = 1.0 / math.sqrt(a * a + b * b + d * d + e * e)
-    q[0], q[1], q[2], q[3] = a * scale, b * scale, d * scale, e * scale
+    x, y, z, w = s * x, s * y, s * z, math.cos(half)
+    a = w * q[0] + x * q[3] + z * q[1] - y * q[2]
+    b = w * q[1] + y * q[3] + x * q[2] - z * q[0]
+    c = w * q[2] + z * q[3] + y * q[0] - x * q[1]
+    d = w * q[3] - x * q[0] - y * q[1] - z * q[2]
+    q[0], q[1], q[2], q[3] = a, b, c, d
 
 
 @njit(cache=True)
 def fill_rotation(C: Array, q: Array) -> None:
-    """Write the matrix body -> world; its last row is the vertical in body axes."""
+    """Write the matrix body to world; its last row is the vertical in body axes."""
     x, y, z, w = q[0], q[1], q[2], q[3]
     C[0, 0], C[0, 1], C[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
     C[1, 0], C[1, 1], C[1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
@@ -77,238 +113,333 @@ def fill_rotation(C: Array, q: Array) -> None:
 
 
 @njit(cache=True)
-def fill_level(q: Array, up: Array) -> None:
-    """Write the shortest rotation that has this vertical, of any length; upside down it is a turn about x."""
-    horizontal = math.hypot(up[0], up[1])
-    half = math.atan2(horizontal, up[2]) / 2
-    q[:] = 0.0
-    q[3] = math.cos(half)
-    if horizontal > 0:
-        q[0] = math.sin(half) * up[1] / horizontal
-        q[1] = -math.sin(half) * up[0] / horizontal
-    else:
+def fill_level(q: Array, x: float, y: float, z: float) -> None:
+    """Write the shortest rotation with this vertical, of any length; upside down it is a turn about x."""
+    horizontal = math.hypot(x, y)
+    half = math.atan2(horizontal, z) / 2
+    s = math.sin(half) / horizontal if horizontal > 0 else 0.0
+    q[0], q[1], q[2], q[3] = s * y, -s * x, 0.0, math.cos(half)
+    if horizontal == 0:
         q[0] = math.sin(half)
 
 
-@njit(cache=True)
-def advance(
-    dt: float, gyro: Array, s: RobustSettings, q: Array, estimate: Array, held: Array, age: Array,
-    C: Array, F: Array, Q: Array,
+@njit(cache=True, inline="always")
+def rotate(
+    dt: float,
+    gyro: Array,
+    s: RobustSettings,
+    q: Array,
+    estimate: Array,
+    held: Array,
+    age: Array,
+    flow: Array,
+    sums: Array,
+    C: Array,
 ) -> None:
-    """Turn by the trapezoid of the corrected rates since the last gyro sample; grow rows 0, 1 of F and Q."""
-    new = is_sample(gyro)
-    square = 0.0
-    angle0, angle1, angle2 = 0.0, 0.0, 0.0
-    for i in range(3):
-        gain = 1.0 - estimate[5 + i]
-        angle = gain * (held[i] - estimate[2 + i]) * dt
-        if new:
-            angle += 0.5 * gain * (gyro[i] - held[i]) * age[0]
-            held[i] = gyro[i]
-        square += angle * angle
-        if i == 0:
-            angle0 = angle
-        elif i == 1:
-            angle1 = angle
-        else:
-            angle2 = angle
-    turn(q, angle0, angle1, angle2)
+    """Turn by the trapezoid of two corrected rates; sum up what bias, scale and noise do to the tilt.
+
+    Between samples the last rate is held; the next sample makes up for it, so that the sum is the trapezoid
+    over all the time from sample to sample.
+    """
+    late, gx, gy, gz = 0.0, held[0], held[1], held[2]
+    if is_sample(gyro):
+        late, gx, gy, gz = 0.5 * age[0], gyro[0], gyro[1], gyro[2]
+        sums[TILT_VARIANCE] += (s.gyro_noise_sd * age[0]) ** 2 + (TURN_BEND * age[0] ** 3) ** 2
+        age[0] = 0.0
+    x = (1 - estimate[5]) * ((held[0] - estimate[2]) * dt + (gx - held[0]) * late)
+    y = (1 - estimate[6]) * ((held[1] - estimate[3]) * dt + (gy - held[1]) * late)
+    z = (1 - estimate[7]) * ((held[2] - estimate[4]) * dt + (gz - held[2]) * late)
+    held[0], held[1], held[2] = gx, gy, gz
+    turn(q, x, y, z)
     fill_rotation(C, q)
     for i in range(2):
-        F[i, 4] -= C[i, 0] * dt
-        F[i, 5] -= C[i, 1] * dt
-        F[i, 6] -= C[i, 2] * dt
-        F[i, 7] -= C[i, 0] * angle0
-        F[i, 8] -= C[i, 1] * angle1
-        F[i, 9] -= C[i, 2] * angle2
+        flow[i, 0] -= C[i, 0] * dt
+        flow[i, 1] -= C[i, 1] * dt
+        flow[i, 2] -= C[i, 2] * dt
+        flow[i, 3] -= C[i, 0] * x
+        flow[i, 4] -= C[i, 1] * y
+        flow[i, 5] -= C[i, 2] * z
     if dt > 0:
-        Q[0] += s.rate_error**2 * square / dt
-    if new:
-        Q[0] += (s.gyro_noise_sd * age[0]) ** 2 + (s.unseen_turn * age[0] ** 3 / 12) ** 2
-        age[0] = 0.0
+        sums[TILT_VARIANCE] += s.rate_error**2 * PERSISTENCE * (x * x + y * y + z * z) / dt
 
 
-@njit(cache=True)
-def push(
-    dt: float, accel: Array, gravity: float, s: RobustSettings, estimate: Array, held: Array, age: Array,
-    C: Array, F: Array, Q: Array,
+@njit(cache=True, inline="always")
+def accelerate(
+    dt: float,
+    fx: float,
+    fy: float,
+    fz: float,
+    s: RobustSettings,
+    estimate: Array,
+    held: Array,
+    age: Array,
+    flow: Array,
+    sums: Array,
 ) -> None:
-    """Integrate the trapezoid of the world's specific forces since the last sample; rows 2, 3 of F and Q."""
-    new = is_sample(accel)
-    if age[1] > s.longest_hold:
-        Q[2] += s.unseen_walk**2 * dt
-    fx, fy, fz = held[3], held[4], held[5]
-    gx, gy, gz = fx * dt, fy * dt, fz * dt
-    if new:
-        held[3] = C[0, 0] * accel[0] + C[0, 1] * accel[1] + C[0, 2] * accel[2]
-        held[4] = C[1, 0] * accel[0] + C[1, 1] * accel[1] + C[1, 2] * accel[2]
-        held[5] = C[2, 0] * accel[0] + C[2, 1] * accel[1] + C[2, 2] * accel[2]
-        half = 0.5 * age[1]
-        gx += half * (held[3] - fx)
-        gy += half * (held[4] - fy)
-        gz += half * (held[5] - fz)
-    if age[1] <= s.longest_hold:
-        estimate[0] += gx
-        estimate[1] += gy
-        for j in range(STATES):
-            F[2, j] += gz * F[1, j]
-            F[3, j] -= gz * F[0, j]
-        if dt > 0:
-            rest = gz - gravity * dt
-            Q[2] += s.force_error**2 * (gx * gx + gy * gy + rest * rest) / dt
+    """Add the trapezoid of two world forces to the velocity; sum up what the tilt's error does to it.
+
+    A missing sample (fx is NaN) is held as in `rotate`, but no longer than `longest_hold`: from then on no
+    force is known, and the velocity wanders.
+    """
+    new, known = math.isfinite(fx), age[1] <= s.longest_hold
+    if known:
+        late = 0.5 * age[1] if new else 0.0
+        x, y, z = held[3] * dt, held[4] * dt, held[5] * dt
         if new:
-            Q[2] += (s.accel_noise_sd * age[1]) ** 2 + (s.unseen_push * age[1] ** 3 / 12) ** 2
+            x, y, z = x + (fx - held[3]) * late, y + (fy - held[4]) * late, z + (fz - held[5]) * late
+        estimate[0] += x
+        estimate[1] += y
+        sums[FORCE] += z
+        for j in range(6):
+            flow[2, j] += z * flow[1, j]
+            flow[3, j] -= z * flow[0, j]
+        if new:
+            sums[VELOCITY_VARIANCE] += (s.accel_noise_sd * age[1]) ** 2
+            sums[VELOCITY_VARIANCE] += (PUSH_BEND * age[1] ** 3) ** 2
+        if dt > 0:
+            own = x * x + y * y + (z - s.gravity * dt) ** 2
+            sums[VELOCITY_VARIANCE] += s.force_error**2 * PERSISTENCE * own / dt
+    else:
+        sums[VELOCITY_VARIANCE] += s.unseen_walk**2 * dt
     if new:
+        held[3], held[4], held[5] = fx, fy, fz
         age[1] = 0.0
 
 
-@njit(cache=True)
-def clear(F: Array, Q: Array) -> None:
-    """Let no time have passed."""
-    for i in range(4):
-        for j in range(STATES):
-            F[i, j] = 0.0
-        F[i, i] = 1.0
-    Q[0] = Q[2] = 0.0
+@njit(cache=True, inline="always")
+def travel(dt: float, estimate: Array, flow: Array, sums: Array) -> None:
+    """Integrate the velocity and its errors, for their means."""
+    sums[DOUBLE_FORCE] += sums[FORCE] * dt
+    sums[WAY] += estimate[0] * dt
+    sums[WAY + 1] += estimate[1] * dt
+    for j in range(6):
+        flow[4, j] += flow[2, j] * dt
+        flow[5, j] += flow[3, j] * dt
 
 
 @njit(cache=True)
-def predict(x: Array, P: Array, F: Array, Q: Array, T: float, s: RobustSettings, work: Array) -> None:
-    """Let x = F x and P = F P F' + Q; only the first four rows of F differ from the identity's."""
-    for i in range(4):
+def begin(m: RobustState) -> None:
+    """Begin a new interval."""
+    m.flow[:] = 0.0
+    m.sums[:] = 0.0
+    m.sums[START], m.sums[START + 1] = m.estimate[0], m.estimate[1]
+    m.age[2] = 0.0
+
+
+@njit(cache=True)
+def fill_matrices(s: RobustSettings, m: RobustState) -> None:
+    """Write F, Q, H and R of the interval that ends now; their other elements are 0, of F the identity's."""
+    F, Q, H, sums, T = m.F, m.Q, m.H, m.sums, m.age[2]
+    F[2, 1], F[3, 0] = sums[FORCE], -sums[FORCE]
+    H[0, 1], H[1, 0] = sums[DOUBLE_FORCE] / T, -sums[DOUBLE_FORCE] / T
+    H[0, 2] = H[1, 3] = 1.0
+    for j in range(6):
+        for i in range(4):
+            F[i, 4 + j] = m.flow[i, j]
+        H[0, 4 + j] = m.flow[4, j] / T
+        H[1, 4 + j] = m.flow[5, j] / T
+    for i in range(2):
+        Q[i, i] = sums[TILT_VARIANCE]
+        Q[2 + i, 2 + i] = sums[VELOCITY_VARIANCE]
+    for i in range(4, 7):
+        Q[i, i] = s.bias_walk**2 * T
+    m.R[0, 0] = m.R[1, 1] = velocity_variance(s, m)
+
+
+@njit(cache=True)
+def velocity_variance(s: RobustSettings, m: RobustState) -> float:
+    """Return the variance of "the mean velocity was 0": 2 sd² time / T, in a ride more by its square."""
+    T = m.age[2]
+    speed = math.hypot(m.sums[WAY], m.sums[WAY + 1]) / T
+    usual = UNUSUAL * math.sqrt(s.velocity_sd**2 + 0.5 * (m.P[2, 2] + m.P[3, 3]))
+    return float(2 * s.velocity_sd**2 * s.velocity_time / T * max(1.0, speed / usual) ** 2)
+
+
+@njit(cache=True)
+def update(x: Array, P: Array, h: Array, z: float, r: float, work: Array) -> None:
+    """Take one scalar measurement z, with the row `h` of H and the variance `r`."""
+    row, s, y = work[0], r, z
+    for i in range(STATES):
+        row[i] = 0.0
         for j in range(STATES):
-            total = 0.0
-            for k in range(STATES):
-                total += F[i, k] * P[k, j]
-            work[i, j] = total
-        total = 0.0
+            row[i] += P[i, j] * h[j]
+        s += h[i] * row[i]
+        y -= h[i] * x[i]
+    for i in range(STATES):
+        x[i] += row[i] * y / s
+        for j in range(STATES):
+            P[i, j] -= row[i] * row[j] / s
+
+
+@njit(cache=True)
+def predict(x: Array, P: Array, F: Array, Q: Array, work: Array) -> None:
+    """Let x = F x and P = F P F' + Q, whose rows from the fifth on are the identity's and the diagonal's."""
+    for i in range(4):
+        work[4, i] = 0.0
         for k in range(STATES):
-            total += F[i, k] * x[k]
-        work[4, i] = total
+            work[i, k] = 0.0
+            for j in range(STATES):
+                work[i, k] += F[i, j] * P[j, k]
+            work[4, i] += F[i, k] * x[k]
     for i in range(4):
         x[i] = work[4, i]
+        for j in range(4, STATES):
+            P[i, j] = P[j, i] = work[i, j]
         for j in range(i + 1):
             total = 0.0
             for k in range(STATES):
                 total += work[i, k] * F[j, k]
             P[i, j] = P[j, i] = total
-        for j in range(4, STATES):
-            P[i, j] = P[j, i] = work[i, j]
-    P[0, 0] += Q[0]
-    P[1, 1] += Q[0]
-    P[2, 2] += Q[2]
-    P[3, 3] += Q[2]
-    for i in range(4, 7):
-        P[i, i] += s.bias_walk**2 * T
-        P[i + 3, i + 3] += s.scale_walk**2 * T
+    for i in range(STATES):
+        P[i, i] += Q[i, i]
 
 
 @njit(cache=True)
-def update(x: Array, P: Array, h: Array, z: float, r: float, work: Array) -> None:
-    """Take z = h x with variance r."""
-    row = work[0]
-    v, y = r, z
-    for i in range(STATES):
-        total = 0.0
-        for j in range(STATES):
-            total += P[i, j] * h[j]
-        row[i] = total
-        v += total * h[i]
-        y -= h[i] * x[i]
-    gain = y / v
-    for i in range(STATES):
-        x[i] += gain * row[i]
-        share = row[i] / v
-        for j in range(STATES):
-            P[i, j] -= share * row[j]
-
-
-@njit(cache=True)
-def level(
-    T: float, s: RobustSettings, q: Array, estimate: Array, x: Array, P: Array, F: Array, Q: Array, H: Array,
-    R: Array, C: Array, work: Array,
-) -> None:
-    vx, vy = -Q[3] / T, -Q[4] / T
-    for j in range(STATES):
-        H[0, j] /= T
-        H[1, j] /= T
-    speed = math.hypot(vx, vy)
-    usual = s.limit * math.sqrt(s.velocity_sd**2 + 0.5 * (P[2, 2] + P[3, 3]))
-    r = 2 * s.velocity_sd**2 * s.velocity_time / T
-    if speed > usual:
-        r *= speed / usual
-    R[0] = r
-    x[:] = 0.0
-    update(x, P, H[0], vx, r, work)
-    update(x, P, H[1], vy, r, work)
-    predict(x, P, F, Q, T, s, work)
+def level(s: RobustSettings, m: RobustState, C: Array, work: Array) -> None:
+    """Take "the mean velocity was 0" and fold the errors found into the estimates."""
+    fill_matrices(s, m)
+    m.x[:] = 0.0
+    for c in range(2):
+        update(m.x, m.P, m.H[c], -m.sums[WAY + c] / m.age[2], m.R[c, c], work)
+    predict(m.x, m.P, m.F, m.Q, work)
     for i in range(8):
-        estimate[i] += x[2 + i]
-    # world tilt -> body
-    turn(q, C[0, 0] * x[0] + C[1, 0] * x[1], C[0, 1] * x[0] + C[1, 1] * x[1], C[0, 2] * x[0] + C[1, 2] * x[1])
-    fill_rotation(C, q)
-    H[:] = 0.0
-    Q[3] = Q[4] = 0.0
-    clear(F, Q)
+        m.estimate[i] += m.x[2 + i]
+    a, b = m.x[0], m.x[1]
+    turn(m.q, C[0, 0] * a + C[1, 0] * b, C[0, 1] * a + C[1, 1] * b, C[0, 2] * a + C[1, 2] * b)
+    m.q[:] /= math.sqrt(m.q[0] ** 2 + m.q[1] ** 2 + m.q[2] ** 2 + m.q[3] ** 2)
+    fill_rotation(C, m.q)
+    begin(m)
 
 
 @njit(cache=True)
-def relevel(
-    accel: Array, s: RobustSettings, q: Array, estimate: Array, held: Array, age: Array,
-    P: Array, F: Array, Q: Array, H: Array, C: Array,
-) -> None:
-    fill_level(q, accel)
-    fill_rotation(C, q)
-    for i in range(4):
-        for j in range(STATES):
-            P[i, j] = P[j, i] = 0.0
-        P[i, i] = (s.levelling_sd if i < 2 else s.lost_velocity_sd) ** 2
-    estimate[:2] = 0.0
+def is_lost(s: RobustSettings, m: RobustState) -> bool:
+    """Return whether the tilt must be wrong: nobody is that fast, or the mean force points down."""
+    return math.hypot(m.estimate[0], m.estimate[1]) > s.top_speed or m.sums[FORCE] < 0
+
+
+@njit(cache=True)
+def level_anew(fx: float, fy: float, fz: float, s: RobustSettings, m: RobustState, C: Array) -> bool:
+    """Take the tilt from a specific force, body axes; return False in free fall, which has no vertical."""
+    if math.sqrt(fx * fx + fy * fy + fz * fz) < 0.5 * s.gravity:
+        return False
+    fill_level(m.q, fx, fy, fz)
+    fill_rotation(C, m.q)
+    m.P[:4, :] = 0.0
+    m.P[:, :4] = 0.0
+    for i in range(2):
+        m.P[i, i], m.P[2 + i, 2 + i] = LEVELLING_SD**2, RIDE_SD**2
+    m.estimate[0] = m.estimate[1] = 0.0
+    begin(m)
+    return True
+
+
+@njit(cache=True)
+def level_by_mean(s: RobustSettings, m: RobustState, C: Array) -> bool:
+    """Take the tilt from the mean specific force since the last levelling."""
+    T = m.age[2]
+    x, y = (m.estimate[0] - m.sums[START]) / T, (m.estimate[1] - m.sums[START + 1]) / T
+    z = m.sums[FORCE] / T
+    return level_anew(
+        C[0, 0] * x + C[1, 0] * y + C[2, 0] * z,
+        C[0, 1] * x + C[1, 1] * y + C[2, 1] * z,
+        C[0, 2] * x + C[1, 2] * y + C[2, 2] * z,
+        s, m, C,
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def restart(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Array) -> None:
+    """Go on from a tilt taken anew with this row's samples; without one, as if at rest."""
+    m.age[0] = m.age[1] = 0.0
     for i in range(3):
-        held[i] = estimate[2 + i]
-        held[3 + i] = C[i, 0] * accel[0] + C[i, 1] * accel[1] + C[i, 2] * accel[2]
-    age[:] = 0.0
-    H[:] = 0.0
-    Q[3] = Q[4] = 0.0
-    clear(F, Q)
+        m.held[i] = gyro[i] if is_sample(gyro) else m.estimate[2 + i]
+        m.held[3 + i] = s.gravity if i == 2 else 0.0
+        if is_sample(accel):
+            m.held[3 + i] = C[i, 0] * accel[0] + C[i, 1] * accel[1] + C[i, 2] * accel[2]
+
+
+@njit(cache=True)
+def is_relevelled(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Array) -> bool:
+    """Take a lost tilt anew from this row's specific force, if there is one; return whether it was."""
+    found = is_sample(accel) and level_anew(accel[0], accel[1], accel[2], s, m, C)
+    if found:
+        restart(accel, gyro, s, m, C)
+    return found
+
+
+@njit(cache=True)
+def end_interval(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Array, work: Array) -> None:
+    """Level; a tilt that must be wrong is taken anew from the interval's mean force."""
+    if is_lost(s, m) and level_by_mean(s, m, C):
+        restart(accel, gyro, s, m, C)
+    else:
+        level(s, m, C, work)
+
+
+@njit(cache=True, inline="always")
+def project(
+    accel: Array,
+    s: RobustSettings,
+    estimate: Array,
+    held: Array,
+    sums: Array,
+    P: Array,
+    C: Array,
+    up: Array,
+) -> tuple[float, float]:
+    """Write the vertical `latency` ahead; return the vertical acceleration with its sd, NaN without sample.
+
+    What the accelerometer feels beside gravity is projected on the vertical ahead: gravity itself arrives as
+    late as the rate that turned the vertical.
+    """
+    x, y, z = C[2, 0], C[2, 1], C[2, 2]
+    up[0], up[1], up[2] = x, y, z
+    if s.latency > 0:
+        a = s.latency * (held[0] - estimate[2])
+        b = s.latency * (held[1] - estimate[3])
+        c = s.latency * (held[2] - estimate[4])
+        px, py, pz = x - b * z + c * y, y - c * x + a * z, z - a * y + b * x
+        n = 1.0 / math.sqrt(px * px + py * py + pz * pz)
+        up[0], up[1], up[2] = n * px, n * py, n * pz
+    if not is_sample(accel):
+        return math.nan, math.nan
+    g = s.gravity
+    vertical = up[0] * (accel[0] - g * x) + up[1] * (accel[1] - g * y) + up[2] * (accel[2] - g * z)
+    fx = C[0, 0] * accel[0] + C[0, 1] * accel[1] + C[0, 2] * accel[2]
+    fy = C[1, 0] * accel[0] + C[1, 1] * accel[1] + C[1, 2] * accel[2]
+    own = sums[TILT_VARIANCE] + (s.accel_bias_sd / g) ** 2
+    variance = fy * fy * (P[0, 0] + own) + fx * fx * (P[1, 1] + own) - 2 * fx * fy * P[0, 1]
+    return vertical, math.sqrt(max(variance, 0.0) + s.accel_noise_sd**2)
 
 
 @njit(cache=True)
 def run_robust(
-    dt: Array, accel: Array, gyro: Array, gravity: float, s: RobustSettings,
-    q: Array, estimate: Array, x: Array, P: Array, F: Array, Q: Array, H: Array, R: Array, held: Array, age: Array,
-    ups: Array, vertical: Array, vertical_sd: Array,
+    dt: Array,
+    accel: Array,
+    gyro: Array,
+    s: RobustSettings,
+    m: RobustState,
+    ups: Array,
+    vertical: Array,
+    vertical_sd: Array,
 ) -> None:
-    C, work = np.zeros((3, 3)), np.zeros((5, STATES))
+    """Run the filter over all samples; its memory `m` goes on, the last three are filled."""
+    C, work = np.empty((3, 3)), np.empty((5, STATES))
+    q, estimate, held, age, flow, sums, P = m.q, m.estimate, m.held, m.age, m.flow, m.sums, m.P
     fill_rotation(C, q)
     for k in range(len(dt)):
-        f = accel[k]
+        f, T = accel[k], dt[k]
         for i in range(3):
-            age[i] += dt[k]
-        new = is_sample(f)
-        if age[0] > s.longest_hold:
-            if new and f[0] * f[0] + f[1] * f[1] + f[2] * f[2] > 0.25 * gravity * gravity:
-                relevel(f, s, q, estimate, held, age, P, F, Q, H, C)
-                if is_sample(gyro[k]):
-                    for i in range(3):
-                        held[i] = gyro[k, i]
-        else:
-            advance(dt[k], gyro[k], s, q, estimate, held, age, C, F, Q)
-            push(dt[k], f, gravity, s, estimate, held, age, C, F, Q)
-            for j in range(STATES):
-                H[0, j] += F[2, j] * dt[k]
-                H[1, j] += F[3, j] * dt[k]
-            Q[3] += estimate[0] * dt[k]
-            Q[4] += estimate[1] * dt[k]
-            if age[2] > s.interval - ROUNDING:
-                level(age[2], s, q, estimate, x, P, F, Q, H, R, C, work)
-                age[2] = 0.0
-        for i in range(3):
-            ups[k, i] = C[2, i]
-        vertical[k] = vertical_sd[k] = math.nan
-        if new:
+            age[i] += T
+        if age[0] <= s.longest_hold:
+            rotate(T, gyro[k], s, q, estimate, held, age, flow, sums, C)
             fx = C[0, 0] * f[0] + C[0, 1] * f[1] + C[0, 2] * f[2]
             fy = C[1, 0] * f[0] + C[1, 1] * f[1] + C[1, 2] * f[2]
-            vertical[k] = C[2, 0] * f[0] + C[2, 1] * f[1] + C[2, 2] * f[2] - gravity
-            var = fy * fy * P[0, 0] + fx * fx * P[1, 1] - 2 * fx * fy * P[0, 1] + (fx * fx + fy * fy) * Q[0]
-            vertical_sd[k] = math.sqrt(max(var, 0.0) + s.accel_noise_sd**2)
+            fz = C[2, 0] * f[0] + C[2, 1] * f[1] + C[2, 2] * f[2]
+            accelerate(T, fx, fy, fz, s, estimate, held, age, flow, sums)
+            travel(T, estimate, flow, sums)
+            if age[2] > s.interval - ROUNDING:
+                end_interval(f, gyro[k], s, m, C, work)
+        else:
+            is_relevelled(f, gyro[k], s, m, C)
+        vertical[k], vertical_sd[k] = project(f, s, estimate, held, sums, P, C, ups[k])

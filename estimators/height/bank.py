@@ -15,12 +15,14 @@ altitude adds the difference of the two log-likelihoods.  The state is `rested`'
 else `free`'s: a rest that turns out wrong is undone by looking at the other filter.  The odds are held within
 `longest_odds`, for a model is never quite right and evidence must be able to turn.
 
-The IMU notices a soft start late.  When it does, the older `recent` goes on, which rested until shortly before
-the start and has integrated it since; if the odds were negative, `free` does.
+A rest ends when the IMU says so, or when the velocity of the older `recent` does: a soft start is seen there.
+Then this filter goes on, which rested until shortly before the start and has integrated it since; if the odds
+were negative, `free` does.
 
-An altitude that differs from the prediction by more than `gate` standard deviations is not taken.  If none was
-taken for `recovery` s, and three in a row, the height has really jumped: its variance grows by the square of
-the difference, and the filter follows.  A rest is over then, too; it begins anew from the free filter.
+An altitude that differs from the prediction by more than `gate` standard deviations is not taken, nor are
+altitudes that differ less but all one way, so that their sum over about half a second does: a door slams, a
+pressure steps.  If none was taken for `recovery` s, and three in a row, the height has really jumped: its
+variance grows by the square of the difference, and the filter follows.
 
 A known floor is taken as the height, once in a rest, when no other is as likely.
 """
@@ -43,10 +45,12 @@ FREE: Final = 1
 FILTERS: Final = 4
 FLAGS: Final = 8
 """Length of `Filters.memory`; its entries:"""
-_FORKED, _ODDS, _AGE, _SINCE, _OLDER, _ON_FLOOR, _FORK_ROW = 0, 1, 2, 3, 4, 5, 6
+_FORKED, _ODDS, _AGE, _SINCE, _OLDER, _ON_FLOOR, _FORK_ROW, _SILENCE = 0, 1, 2, 3, 4, 5, 6, 7
 AT_REST: Final = 1
 REJECTED: Final = 2
 """Bits of a decision: v = 0 was taken; the altitude was not."""
+TOGETHER: Final = 0.5
+"""Seconds over which innovations are summed (chosen by us)."""
 SURE: Final = 4.6
 """Log-odds of 100 to 1 (chosen by us), from which a floor is believed."""
 
@@ -66,6 +70,10 @@ class Rules(NamedTuple):
     """Limit of the log-odds."""
     memory: float
     """How long the IMU may take to notice a start, s."""
+    sway: float
+    """Velocity of what shakes but stays, m/s."""
+    onset: float
+    """Standard deviations of velocity that are a start."""
     floors: Signal
     """Heights of known floors, m, in order; may be empty."""
     floor_variance: float
@@ -80,7 +88,8 @@ class Filters(NamedTuple):
     P: Signal
     """Covariances, (4, m, m)."""
     doubt: Signal
-    """Of each filter: seconds since altitudes are rejected, how many, and the jump to allow, (4, 3)."""
+    """Of each filter: seconds since altitudes are rejected, how many, the jump to allow, and the recent sum of
+    innovations in standard deviations, (4, 4)."""
     memory: Signal
     """Flags and timers, (8,)."""
 
@@ -96,6 +105,17 @@ class Decisions(NamedTuple):
     """How far the height may have jumped since the row before, m, (n,)."""
     odds: Signal
     """Log-odds of rest; NaN: no fork, (n,)."""
+    innovation: Signal
+    """What the altitude differed from the prediction, in standard deviations; NaN: no altitude, (n,)."""
+    innovation_sd: Signal
+    """This standard deviation, m, (n,)."""
+
+    @property
+    def log_likelihood(self) -> float:
+        """Log-likelihood of all altitudes that were taken."""
+        taken = np.isfinite(self.innovation) & (self.bits & REJECTED == 0)
+        y, s = self.innovation[taken], self.innovation_sd[taken]
+        return float(-0.5 * np.sum(y**2 + np.log(2 * np.pi * s**2)))
 
 
 class Bank:
@@ -114,7 +134,7 @@ class Bank:
         self._filters = Filters(
             np.zeros((FILTERS, states)),
             np.zeros((FILTERS, states, states)),
-            np.zeros((FILTERS, 3)),
+            np.zeros((FILTERS, 4)),
             np.zeros(FLAGS),
         )
 
@@ -123,7 +143,7 @@ class Bank:
         n, bank = len(rows.z), self._filters
         now = speaker(bank.memory)
         bank.x[now], bank.P[now] = x, P
-        decisions = Decisions(np.zeros(n, np.uint8), np.empty(n), np.empty(n), np.empty(n))
+        decisions = Decisions(np.zeros(n, np.uint8), *(np.full(n, np.nan) for _ in range(5)))
         run_bank(rows, self.rules, bank, decisions, out)
         now = speaker(bank.memory)
         x[:], P[:] = bank.x[now], bank.P[now]
@@ -143,16 +163,19 @@ def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out:
             bank.doubt[i, 2] = 0.0
         if flags[_FORKED] and not rows.at_rest[k]:
             _join(k, rows, bank, decisions)
-        elif rows.at_rest[k] and not flags[_FORKED]:
-            _fork(k, rows, rules, bank)
+        if rows.at_rest[k]:
+            if flags[_FORKED] and _starts(rules, bank):
+                _join(k, rows, bank, decisions)
+            if not flags[_FORKED]:
+                _fork(k, rows, rules, bank)
         if flags[_FORKED]:
             update(bank.x[RESTED], bank.P[RESTED], rows.rest, rows.rest_variance, 0.0, gain, work)
             _renew(rows.dt[k], rules, bank)
         for i in range(_active(flags)):
             settle(k, rows, bank.x[i], bank.P[i], gain, work)
         _take_altitude(k, rows, rules, bank, decisions, gain, work)
-        decisions.odds[k] = flags[_ODDS] if flags[_FORKED] else math.nan
-        decisions.floor[k] = math.nan
+        if flags[_FORKED]:
+            decisions.odds[k] = flags[_ODDS]
         if flags[_FORKED] and len(rules.floors):
             decisions.floor[k] = _recognise_floor(rules, bank, gain, work)
         chosen = speaker(flags)
@@ -211,6 +234,15 @@ def _renew(dt: float, rules: Rules, bank: Filters) -> None:
 
 
 @njit(cache=True)
+def _starts(rules: Rules, bank: Filters) -> bool:
+    """Return whether the velocity that has come up since shortly before is none of a rest."""
+    flags = bank.memory
+    older = int(flags[_OLDER])
+    v, variance = bank.x[older, 1], bank.P[older, 1, 1] + rules.sway**2
+    return flags[_ODDS] >= 0.0 and v * v > rules.onset**2 * variance
+
+
+@njit(cache=True)
 def _join(k: int, rows: Rows, bank: Filters, decisions: Decisions) -> None:
     """Go on with one filter: the IMU feels something."""
     flags = bank.memory
@@ -238,32 +270,34 @@ def _take_altitude(
     active = _active(flags)
     for i in range(active):
         bank.doubt[i, 0] += rows.dt[k] if bank.doubt[i, 1] > 0.0 else 0.0
+    flags[_SILENCE] += rows.dt[k]
     if math.isnan(rows.z[k]):
         return
+    share = math.exp(-flags[_SILENCE] / TOGETHER)
+    flags[_SILENCE] = 0.0
     where = rows.measurement[k]
     h, r = rows.H[where], rows.R[where]
     chosen = speaker(flags)
     for i in range(active):
-        x, P = bank.x[i], bank.P[i]
+        x, P, doubt = bank.x[i], bank.P[i], bank.doubt[i]
         y, s = innovate(x, P, h, r, rows.z[k], gain)
-        square = y * y / s
+        off = y / math.sqrt(s)
+        doubt[3] = share * doubt[3] + math.sqrt(1.0 - share * share) * min(max(off, -rules.gate), rules.gate)
+        taken = abs(off) <= rules.gate and abs(doubt[3]) <= rules.gate
         if i < 2 and active > 1:
             sign = 1.0 if i == RESTED else -1.0
-            flags[_ODDS] -= sign * 0.5 * (min(square, rules.gate**2) + math.log(s))
-        if square <= rules.gate**2:
-            absorb(x, P, h, r, y, s, gain, work)
-            bank.doubt[i, :2] = 0.0
-            continue
+            flags[_ODDS] -= sign * 0.5 * (min(off * off, rules.gate**2) + math.log(s))
         if i == chosen:
-            decisions.bits[k] |= REJECTED
-        bank.doubt[i, 1] += 1.0
-        if bank.doubt[i, 1] >= 3.0 and bank.doubt[i, 0] >= rules.recovery:
-            bank.doubt[i, 0], bank.doubt[i, 1], bank.doubt[i, 2] = 0.0, 0.0, abs(y)
-            if i == FREE or active == 1:
-                flags[_FORKED] = 0.0
+            decisions.innovation[k], decisions.innovation_sd[k] = off, math.sqrt(s)
+            decisions.bits[k] |= 0 if taken else REJECTED
+        if taken:
+            absorb(x, P, h, r, y, s, gain, work)
+            doubt[:2] = 0.0
+            continue
+        doubt[1] += 1.0
+        if doubt[1] >= 3.0 and doubt[0] >= rules.recovery:
+            doubt[0], doubt[1], doubt[2], doubt[3] = 0.0, 0.0, abs(y), 0.0
     flags[_ODDS] = min(max(flags[_ODDS], -rules.longest_odds), rules.longest_odds)
-    if active > 1 and not flags[_FORKED]:  # a jump that stays refutes the rest
-        _copy(bank, FREE, 0)
 
 
 @njit(cache=True)

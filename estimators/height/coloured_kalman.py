@@ -19,8 +19,10 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
+from baroarma.atmosphere import STANDARD_GRAVITY
 from baroarma.estimators.base import Alignment, HeightRun
 from baroarma.estimators.colouring import block_diagonal, noise_states
 from baroarma.estimators.height.bank import (
@@ -39,6 +41,12 @@ Signal = NDArray[np.float64]
 ACCELERATION_SD: Final = 0.025
 """White noise of one acceleration sample where no rest tells it, m/s²: 2.5 mg, a MEMS accelerometer at 50 Hz
 (chosen by us)."""
+BIAS_SD: Final = 0.03
+"""Bias of an accelerometer where gravity tells no larger one, m/s² (chosen by us)."""
+LEFT_BIAS_SD: Final = 5e-3
+"""What an alignment leaves of it, beside its noise, m/s² (chosen by us)."""
+ENOUGH: Final = 8
+"""Independent samples in an alignment that shakes (chosen by us)."""
 REST_ODDS: Final = math.log(9.0)
 """Nine of ten periods without a felt motion are rests (chosen by us)."""
 CRUISE_SD: Final = 1.0
@@ -46,7 +54,9 @@ CRUISE_SD: Final = 1.0
 LONGEST_ODDS: Final = 10.0
 """Log-odds beyond which no more certainty is gathered: 1 in 22 000 (chosen by us)."""
 ONSET: Final = 0.5
-"""Within so many seconds the IMU notices a start (chosen by us)."""
+"""Within so many seconds a start is noticed (chosen by us)."""
+SWAY: Final = 0.01
+"""Velocity of what shakes in the wind but stays, m/s (chosen by us)."""
 
 
 class ColouredKalman(LinearHeight):
@@ -61,10 +71,12 @@ class ColouredKalman(LinearHeight):
         Nominal interval, s.
     acceleration_sd : float, optional
         White noise of one acceleration sample, m/s².  Default: what the alignment's rest says, else 2.5 mg.
-    bias_sd : float
-        Prior sd of the accelerometer bias, m/s²; default 5 mg.  Larger: found by the barometer alone.
+    bias_sd : float, optional
+        Sd of the accelerometer's bias, m/s²: the prior where there is no alignment; and how much a turn by
+        60 degrees brings to light of what an alignment has hidden in gravity.  Default: 3 mg, or what the
+        alignment's gravity exceeds the standard one by, if that is more.  Larger: found by the barometer.
     bias_walk : float
-        Its random walk, m/s²/sqrt(s); default 1 mm/s² in a second, 1 mg in 100 s.
+        Its random walk, m/s²/sqrt(s); default 0.3 mm/s² in a second, 0.3 mg in 100 s.
     offset_sd : float
         Prior sd of the barometer's offset, m.  Wide by default; small when the level is known; 0 without
         drift: no such state.
@@ -104,8 +116,8 @@ class ColouredKalman(LinearHeight):
         noise: NoiseModel | None = None,
         dt: float | None = None,
         acceleration_sd: float | None = None,
-        bias_sd: float = 0.05,
-        bias_walk: float = 1e-3,
+        bias_sd: float | None = None,
+        bias_walk: float = 3e-4,
         offset_sd: float = 100.0,
         barometer_lag: float = 0.0,
         level_prior_sd: float | None = None,
@@ -121,10 +133,10 @@ class ColouredKalman(LinearHeight):
     ) -> None:
         if noise is None:
             raise ValueError(needs_noise("coloured-kalman"))
-        self.noise, self.bias_sd, self.bias_walk, self.offset_sd = noise, bias_sd, bias_walk, offset_sd
+        self.noise, self.bias_sd, self.bias_walk, self.offset_sd = noise, bias_sd or BIAS_SD, bias_walk, offset_sd
         self.barometer_lag, self.listens_to_rest = barometer_lag, confirm_rest
         self.level_prior_sd, self.level_prior_time = level_prior_sd, level_prior_time
-        self._given_sd = acceleration_sd
+        self._given = acceleration_sd, bias_sd
         rules = Rules(
             gate=gate,
             recovery=recovery,
@@ -132,6 +144,8 @@ class ColouredKalman(LinearHeight):
             cruise_sd=CRUISE_SD,
             longest_odds=LONGEST_ODDS,
             memory=ONSET,
+            sway=SWAY,
+            onset=5.0,
             floors=np.sort(np.array(floors, float)),
             floor_variance=float(floor_sd**2),
         )
@@ -177,7 +191,8 @@ class ColouredKalman(LinearHeight):
 
     def initial_covariance(self) -> Signal:
         """Return P at the start: height and low-passed height are the same."""
-        motion = np.diag([self.initial_height_sd, self.initial_velocity_sd, self.bias_sd]) ** 2
+        bias_sd = self.bias_sd if self._aligned_sd is None else self._aligned_sd
+        motion = np.diag([self.initial_height_sd, self.initial_velocity_sd, bias_sd]) ** 2
         if self.barometer_lag:
             same = [0, 1, 2, 0]
             motion = motion[np.ix_(same, same)]
@@ -185,11 +200,21 @@ class ColouredKalman(LinearHeight):
 
     def reset(self, alignment: Alignment | None = None) -> None:
         """Start anew at height 0 and velocity 0, with the accelerometer noise that the alignment saw."""
-        if alignment is not None and self._given_sd is None and math.isfinite(alignment.accel_sd):
-            self.acceleration_sd = alignment.accel_sd
+        self._aligned_sd = None
+        if alignment is not None and math.isfinite(alignment.accel_sd):
+            self.acceleration_sd = self._given[0] or alignment.accel_sd
+            excess = alignment.gravity - STANDARD_GRAVITY
+            self.bias_sd = self._given[1] or math.hypot(BIAS_SD, excess)
+            self._aligned_sd = math.hypot(alignment.accel_sd / math.sqrt(ENOUGH), LEFT_BIAS_SD)
             self.Q = self.process_noise(self.dt)
+        self._anchor = np.array([*(alignment or Alignment()).up, 0.0])
         self._bank = Bank(self._bank.rules, self.dim_x)
         super().reset(alignment)
+
+    def look_back(self, t: Signal, altitude: Signal, at_rest: NDArray[np.bool_]) -> None:
+        """Learn the barometer's offset from the rest before the first row."""
+        self.run(t, altitude, np.zeros(len(t)), at_rest=at_rest)
+        self._started = False
 
     def decide(
         self,
@@ -198,9 +223,10 @@ class ColouredKalman(LinearHeight):
         acceleration: Signal | None = None,
         acceleration_sd: Signal | None = None,
         at_rest: NDArray[np.bool_] | None = None,
+        up: Signal | None = None,
     ) -> Decisions:
         """Like `run`, but return what is decided at each row: rests, outliers, floors, jumps, the odds."""
-        rows = self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest)
+        rows = self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest, up)
         return self._weigh(rows)[1]
 
     def _filter(self, rows: Rows) -> HeightRun:
@@ -224,6 +250,9 @@ class ColouredKalman(LinearHeight):
 
     def _rows(self, steps: Signal, *samples: Any) -> Rows:
         rows = super()._rows(steps, *samples)
+        if (up := samples[-1]) is not None:
+            _turn(np.asarray(up, float), rows.at_rest, self._anchor, rows.turned)
+            rows.turned[:] *= self.bias_sd**2
         if not self.listens_to_rest:
             rows = rows._replace(at_rest=np.zeros(len(steps), np.bool_))
         if self.level_prior_sd is None:
@@ -240,6 +269,24 @@ class ColouredKalman(LinearHeight):
         self._restore(x, P)
         self._started = self._started or n > 0
         return HeightRun(*out), decisions
+
+
+@njit(cache=True)
+def _turn(up: Signal, still: NDArray[np.bool_], anchor: Signal, turned: Signal) -> None:
+    """Fill `turned`: what the turn away from the last rest adds to the bias's variance, in units of its own.
+
+    Between verticals that enclose an angle the bias differs with a variance of 2 (1 - cos angle).  `anchor`
+    is the vertical of the last rest and the greatest 1 - cos since.
+    """
+    for k in range(len(up)):
+        turned[k] = 0.0
+        away = 1.0 - (anchor[0] * up[k, 0] + anchor[1] * up[k, 1] + anchor[2] * up[k, 2])
+        if still[k]:
+            anchor[:3] = up[k]
+            anchor[3] = 0.0
+        elif away > anchor[3]:
+            turned[k] = 2.0 * (away - anchor[3])
+            anchor[3] = away
 
 
 def _lagged_transition(motion: Signal, dt: Signal, lag: float) -> Signal:

@@ -136,6 +136,7 @@ class Complementary(HeightEstimator):
         accel: Signal | None = None,
         gyro: Signal | None = None,
         at_rest: bool = False,
+        up: Signal | None = None,
     ) -> HeightState:
         """Take one sample; see `HeightEstimator.step`."""
         dt_, z, a, a_sd = (
@@ -153,6 +154,7 @@ class Complementary(HeightEstimator):
         accel: Signal | None = None,
         gyro: Signal | None = None,
         at_rest: NDArray[np.bool_] | None = None,
+        up: Signal | None = None,
     ) -> HeightRun:
         """Take all samples, compiled; see `HeightEstimator.run`."""
         n = len(t)

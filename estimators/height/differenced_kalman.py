@@ -22,7 +22,12 @@ from numpy.typing import NDArray
 
 from baroarma.estimators.base import Alignment
 from baroarma.estimators.colouring import block_diagonal
-from baroarma.estimators.height.coloured_kalman import bias_wander, needs_noise
+from baroarma.estimators.height.coloured_kalman import (
+    ACCELERATION_SD,
+    BIAS_SD,
+    bias_wander,
+    needs_noise,
+)
 from baroarma.estimators.height.kernels import Rows
 from baroarma.estimators.height.linear import LinearHeight, motion_transition
 from baroarma.noise_model import NoiseModel
@@ -46,7 +51,7 @@ class DifferencedKalman(LinearHeight):
         Carry the white noise as a state.  False: treat the differenced white noise as white, as is often
         done; simpler, and wrong (`note`).
     acceleration_sd, bias_sd, bias_walk, offset_sd : float
-        As in `ColouredKalman`.
+        As in `ColouredKalman`, without an alignment.
     **settings
         See `LinearHeight`; `midpoint` is on by default.
 
@@ -64,9 +69,9 @@ class DifferencedKalman(LinearHeight):
         noise: NoiseModel | None = None,
         dt: float | None = None,
         carry_white: bool = True,
-        acceleration_sd: float = 0.025,
-        bias_sd: float = 0.05,
-        bias_walk: float = 1e-3,
+        acceleration_sd: float = ACCELERATION_SD,
+        bias_sd: float = BIAS_SD,
+        bias_walk: float = 3e-4,
         offset_sd: float = 100.0,
         midpoint: bool = True,
         **settings: Any,

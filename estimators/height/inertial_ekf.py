@@ -134,6 +134,7 @@ class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
         accel: Signal | None = None,
         gyro: Signal | None = None,
         at_rest: bool = False,
+        up: Signal | None = None,
     ) -> HeightState:
         """Take one sample of the IMU and the barometer; see `HeightEstimator.step`."""
         if accel is None or gyro is None:
@@ -168,6 +169,7 @@ class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
         accel: Signal | None = None,
         gyro: Signal | None = None,
         at_rest: NDArray[np.bool_] | None = None,
+        up: Signal | None = None,
     ) -> HeightRun:
         """Take all samples one by one; see `HeightEstimator.run`."""
         out = np.empty((4, len(t)))

@@ -4,7 +4,8 @@ It knows no model: matrices come as tables, one entry for each distinct interval
 own named functions, with an index for each row.  Row k is
 
     x = F x + B u,  P = F P F' + Q + sigma_a^2 B B'             (not on the first row: index -1)
-    P_hh += jump^2,  P_vv += (jump / 1 s)^2                     (where the height may have jumped)
+    P_bb += turned                                              (where the accelerometer has turned)
+    P_hh += jump^2,  P_vv += (jump / 3 s)^2                     (where the height may have jumped)
     update with v = 0, variance `rest_variance`                 (where at rest)
     update with h = level                                       (where a level is known)
     update with z = H x + noise of variance R                   (where z is not NaN)
@@ -16,7 +17,7 @@ and zeros of F are passed over.  `smoother` goes back over the same rows, `bank`
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -24,6 +25,8 @@ from numpy.typing import NDArray
 
 Signal = NDArray[np.float64]
 Index = NDArray[np.int64]
+JUMP_TIME: Final = 3.0
+"""A height that has jumped by 1 m may be moving at 1 m in so many seconds (chosen by us)."""
 
 
 class Rows(NamedTuple):
@@ -63,6 +66,8 @@ class Rows(NamedTuple):
     """Its variance, (n,)."""
     jump: Signal
     """By how much the height may have jumped since the row before, m, (n,); 0: not at all."""
+    turned: Signal
+    """Variance that the bias, state 2, has gained since then by turning, (m/s²)², (n,)."""
 
 
 @njit(cache=True)
@@ -158,9 +163,11 @@ def advance(k: int, rows: Rows, jump: float, x: Signal, P: Signal, work: Signal)
     i = rows.transition[k]
     if i >= 0:
         predict(x, P, rows.F[i], rows.B[i], rows.Q[i], rows.u[k], rows.acceleration_variance[k], work)
+    if rows.turned[k] > 0.0:
+        P[2, 2] += rows.turned[k]
     if jump > 0.0:
         P[0, 0] += jump * jump
-        P[1, 1] += jump * jump
+        P[1, 1] += (jump / JUMP_TIME) ** 2
 
 
 @njit(cache=True)

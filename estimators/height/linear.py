@@ -125,12 +125,13 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         accel: Signal | None = None,
         gyro: Signal | None = None,
         at_rest: bool = False,
+        up: Signal | None = None,
     ) -> HeightState:
         """Take one sample, by the same compiled loop as `run`; see `HeightEstimator.step`."""
         steps = np.array([dt if self._started else np.nan])
         # fmt: off
         rows = self._rows(steps, np.array([altitude], float), np.array([acceleration], float),
-                          np.array([acceleration_sd], float), np.array([at_rest]))
+                          np.array([acceleration_sd], float), np.array([at_rest]), None if up is None else np.reshape(up, (1, 3)))
         # fmt: on
         found = self._filter(rows)
         return HeightState(*(float(column[0]) for column in found))
@@ -144,9 +145,10 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         accel: Signal | None = None,
         gyro: Signal | None = None,
         at_rest: NDArray[np.bool_] | None = None,
+        up: Signal | None = None,
     ) -> HeightRun:
         """Take all samples, compiled; see `HeightEstimator.run`."""
-        return self._filter(self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest))
+        return self._filter(self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest, up))
 
     def smooth(
         self,
@@ -155,6 +157,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         acceleration: Signal | None = None,
         acceleration_sd: Signal | None = None,
         at_rest: NDArray[np.bool_] | None = None,
+        up: Signal | None = None,
         *,
         lag: float = math.inf,
     ) -> HeightRun:
@@ -162,7 +165,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
 
         Parameters
         ----------
-        t, altitude, acceleration, acceleration_sd, at_rest
+        t, altitude, acceleration, acceleration_sd, at_rest, up
             As in `run`.
         lag : float
             How many seconds of later samples a row may know (fixed-lag smoother, for near-on-line use);
@@ -170,7 +173,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         """
         if not lag >= 0:
             raise ValueError(f"the lag is a time in s, 0 or more, but it is {lag}")
-        return self._smooth(self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest), float(lag))
+        return self._smooth(self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest, up), float(lag))
 
     def _filter(self, rows: Rows) -> HeightRun:
         """Take rows, and stand where the last one leads."""
@@ -195,6 +198,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         acceleration: Signal | None,
         acceleration_sd: Signal | None,
         at_rest: NDArray[np.bool_] | None,
+        up: Signal | None,
     ) -> Rows:
         """Turn samples, and the time before each (NaN: none, the first), into what the loops read."""
         n, altitude = len(steps), np.asarray(altitude, float)
@@ -210,7 +214,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         # fmt: off
         return Rows(F, np.ascontiguousarray(B[..., 0]), Q, transition, H, R, measurement, z,
                     np.nan_to_num(steps), u, sd**2 + missed**2, rest, self._rest(), float(self.rest_sd**2),
-                    none, none, np.zeros(n))
+                    none, none, np.zeros(n), np.zeros(n))
         # fmt: on
 
     def _transitions(

@@ -280,7 +280,7 @@ def test_pressure_alone_follows_a_climb(shared_data):
     ("settings", "says"),
     [
         ({"preset": "sg14"}, "there is no preset 'sg14'; there are baroarma, sg14-a"),
-        ({"attitude": "ekf"}, "there is no attitude estimator 'ekf'; there are quaternion-ekf"),
+        ({"attitude": "ekf"}, "there is no attitude estimator 'ekf'; there are robust, quaternion-ekf"),
         ({"height": "kalmann"}, "did you mean 'kalman'"),
         ({"conditioning": "mean"}, "there is no conditioning 'mean'; there are none, average"),
         ({"height_settings": {"sd": 1}}, "has no setting 'sd'; it has"),

@@ -45,18 +45,18 @@ def expected_model(expected):
 def assert_same(expected, expected_model):
     """Compare a recording with the expected one, and what is identified from both."""
 
-    def compare(found, *, stamp, float32=True):
-        """`stamp`: the resolution of the format's time, s."""
+    def compare(found, *, stamp, epoch=0.0, float32=True):
+        """Compare; `stamp`: the resolution of the format's time, s; `epoch`: when it begins, s."""
         assert np.array_equal(found.is_new, expected.is_new)
-        # Half a unit of the stamp, and what an epoch of 1.7e9 s leaves of a float.
-        start = found.t[0] - expected.t[0] if found.t[0] > 1e6 else 0.0
-        np.testing.assert_allclose(found.t - start, expected.t, rtol=0, atol=1.01 * stamp)
+        # A stamp is rounded by half a unit at most.
+        np.testing.assert_allclose(found.t - epoch, expected.t, rtol=0, atol=0.501 * stamp)
         # The sensor's own steps of 1/64 Pa fit into a float32; the decimal formats round at 1e-9.
         np.testing.assert_allclose(found.pressure, expected.pressure, rtol=1e-9)
         for ours, theirs in ((found.accel, expected.accel), (found.gyro, expected.gyro)):
-            # A float32 rounds by 6e-8 of the 9.8 m/s2; interpolation at a stamp that is off by `stamp` of
-            # 20 ms moves the value by that share of a step, of which there is none beyond 0.2.
-            bound = (6e-8 * 10 if float32 else 1e-8) + 0.2 * 2 * stamp / 0.02
+            # A float32 rounds by 6e-8 of the 9.8 m/s2, decimals by less; what is interpolated moves with the
+            # stamps of row and sample, which are off by half a unit each.
+            slope = np.nanmax(np.abs(np.diff(theirs, axis=0) / np.diff(expected.t)[:, None]))
+            bound = (6e-7 if float32 else 1e-12) + slope * stamp
             np.testing.assert_allclose(ours, theirs, rtol=0, atol=bound)
         model = ba.identify(found).model
         for name, (low, high) in expected_model.ci95.items():

@@ -158,6 +158,18 @@ def test_the_busiest_topic_and_its_first_instance_are_taken_and_the_others_named
     )
 
 
+def test_the_first_imu_is_taken_and_one_without_samples_is_none(tmp_path):
+    t, imu = level()
+    second = (*imu[:1], 1, imu[2], imu[3] | {"accelerometer_m_s2": (0, 0, 1.0)})
+    found = read(write(tmp_path / "a.ulg", baro_topic(t, 1e5), imu, second))
+    assert found.accel[25] == pytest.approx([0, 0, -9.8])
+    assert "sensor_combined 0 was taken and sensor_combined 1 left out" in found.notes[0].message
+    imu[3]["accelerometer_timestamp_relative"] = 0x7FFFFFFF
+    found = read(write(tmp_path / "b.ulg", baro_topic(t, 1e5), imu))
+    assert found.accel is None
+    assert found.gyro[25] == pytest.approx([0, 0, 0.1])
+
+
 def refusal(path):
     with pytest.raises(UnreadableError) as caught:
         read(path)
@@ -203,8 +215,7 @@ def test_damage_is_noted_or_refused_but_never_a_traceback(tmp_path, capfd):
         path.write_bytes(damaged)
         try:
             outcomes |= {note.code for note in read(path).notes}
-        except UnreadableError as error:
+        except UnreadableError:
             outcomes.add("refused")
-            assert str(path) in str(error)
     assert {"damaged", "refused"} <= outcomes
     assert capfd.readouterr() == ("", "")

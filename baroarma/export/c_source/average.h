@@ -1,0 +1,5 @@
+typedef struct {
+    baroarma_real recent[BAROARMA_AVERAGE]; /* the last new altitudes, m, oldest first */
+    int count;
+} baroarma_conditioning;
+

@@ -1,0 +1,4 @@
+typedef struct {
+    char nothing; /* C has no empty structure */
+} baroarma_conditioning;
+

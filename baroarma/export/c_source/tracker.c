@@ -1,0 +1,187 @@
+/* ---- pressure to height --------------------------------------------------------------------------------------
+ *
+ *     h(p) - h(p_1) = -T0/L (p_1/p_0)^k expm1(k log1p((p - p_1)/p_1)),   k = R L/g       [ISA; SG13, Eq. 4]
+ *
+ * p_1 is the first sample.  p - p_1 is exact in floating point as long as the two are near each other, where
+ * h(p) by itself would only be known to 8 mm in a float. */
+
+static real altitude_of(baroarma_state *state, real pressure)
+{
+    if (!(pressure > 0 && isfinite(pressure))) return NO_SAMPLE;
+    if (isnan(state->first_pressure)) {
+        state->first_pressure = pressure;
+        state->metres
+            = BAROARMA_SCALE_HEIGHT * EXP(BAROARMA_EXPONENT * LOG(pressure / BAROARMA_SEA_LEVEL_PRESSURE));
+    }
+    return -state->metres
+        * EXPM1(BAROARMA_EXPONENT * LOG1P((pressure - state->first_pressure) / state->first_pressure));
+}
+
+/* ---- alignment: what the rest at the start says about tilt, gyro bias, gravity and the zero of height ---- */
+
+static void alignment_start(baroarma_alignment *s)
+{
+    int i;
+    s->samples = s->forces = s->rates = s->altitudes = 0;
+    s->elapsed = s->elapsed_low = s->modulus = s->altitude = s->force_spread = s->rate_spread = 0;
+    for (i = 0; i < 3; i++) s->force[i] = s->rate[i] = 0;
+}
+
+/* Sum up time; the second number keeps what a float of about 1 s is too coarse for. */
+static void alignment_wait(baroarma_alignment *s, real dt)
+{
+    const real added = dt - s->elapsed_low, sum = s->elapsed + added;
+    s->elapsed_low = (sum - s->elapsed) - added;
+    s->elapsed = sum;
+}
+
+/* Mean and spread of what has come so far. */
+static void take_mean(real mean[3], real *spread, int *count, const real v[3])
+{
+    int i;
+    if (!is_sample(v)) return;
+    ++*count;
+    for (i = 0; i < 3; i++) {
+        const real off = v[i] - mean[i];
+        mean[i] += off / (real)*count;
+        *spread += off * (v[i] - mean[i]);
+    }
+}
+
+/* The sd of one sample and axis; NaN where too few tell it. */
+static real sample_sd(real spread, int count)
+{
+    return count < BAROARMA_ENOUGH_SAMPLES ? NO_SAMPLE : SQRT(spread / (real)(3 * (count - 1)));
+}
+
+static void align(baroarma_state *state, const real accel[3], const real gyro[3], real altitude)
+{
+    baroarma_alignment *s = &state->alignment;
+    s->samples++;
+    take_mean(s->force, &s->force_spread, &s->forces, accel);
+    take_mean(s->rate, &s->rate_spread, &s->rates, gyro);
+    if (is_sample(accel)) s->modulus += (SQRT(dot(accel, accel)) - s->modulus) / (real)s->forces;
+    if (isnan(altitude)) return;
+    s->altitudes++;
+    s->altitude += (altitude - s->altitude) / (real)s->altitudes;
+    conditioning_step(&state->conditioning, altitude);
+}
+
+/* Start the estimators; 0 if the alignment saw no IMU or no gravity. */
+static int align_end(baroarma_state *state)
+{
+    const baroarma_alignment *s = &state->alignment;
+    const real modulus = SQRT(dot(s->force, s->force));
+    real up[3];
+    int i;
+    if (s->forces == 0 || s->rates == 0 || modulus < BAROARMA_LEAST_GRAVITY) return 0;
+    for (i = 0; i < 3; i++) up[i] = s->force[i] / modulus;
+    attitude_start(&state->attitude, up, s->rate, s->modulus);
+    height_start(&state->height, sample_sd(s->force_spread, s->forces));
+    if (BAROARMA_BIAS_CAPTURE) {
+        state->zero = s->altitude;
+        conditioning_shift(&state->conditioning, state->zero);
+    }
+    return 1;
+}
+
+/* ---- the chain: IMU -> attitude -> vertical acceleration -> height <- conditioning <- altitude ------------- */
+
+/* No sensor reads more than this; such a value, or an infinite one, is no sample. */
+static void take_vector(real v[3], const real *given, real largest)
+{
+    int i, good = given != NULL;
+    for (i = 0; i < 3; i++) good = good && FABS(given[i]) <= largest;
+    for (i = 0; i < 3; i++) v[i] = good ? given[i] : NO_SAMPLE;
+}
+
+/* The sd in m/s^2 that an acceleration held over dt must have for the velocity to wander unseen. */
+static real unseen_sd(real dt)
+{
+    return BAROARMA_UNSEEN_WALK / SQRT(dt > BAROARMA_LEAST_STEP ? dt : BAROARMA_LEAST_STEP);
+}
+
+/* One sample; 0 if a number has become too large. */
+static int chain_step(baroarma_state *state, const real accel[3], const real gyro[3], real altitude, real dt)
+{
+    const baroarma_height *h = &state->height;
+    const real since = state->aligned ? dt : 0; /* the attitude's first step takes no time */
+    real a = attitude_step(&state->attitude, since, accel, gyro), z = NO_SAMPLE, sd = NO_SAMPLE;
+    if (is_sample(accel) && !isfinite(a)) return 0;
+    if (!isnan(altitude)) z = conditioning_step(&state->conditioning, altitude - state->zero);
+    state->age = isnan(a) ? state->age + dt : 0;
+    if (state->age > BAROARMA_STALE || dt > BAROARMA_STALE) sd = unseen_sd(dt);
+    if (state->age > BAROARMA_STALE) a = 0;
+    height_step(&state->height, dt, z, a, sd);
+    if (!isnan(a)) state->acceleration = a;
+    return isfinite(h->x[0]) && isfinite(h->x[1]) && isfinite(h->P[0][0]) && isfinite(h->P[1][1]);
+}
+
+/* A variance that rounding has made negative counts as 0. */
+static real root_of(real variance)
+{
+    return variance < 0 ? 0 : SQRT(variance);
+}
+
+static baroarma_result result_of(const baroarma_state *state, baroarma_status status)
+{
+    const baroarma_height *s = &state->height;
+    baroarma_result result;
+    result.height = s->x[0];
+    result.velocity = s->x[1];
+    result.height_sd = root_of(s->P[0][0]);
+    result.velocity_sd = root_of(s->P[1][1]);
+    result.acceleration = state->acceleration;
+    result.status = status;
+    return result;
+}
+
+void baroarma_init(baroarma_state *state)
+{
+    state->aligned = 0;
+    state->first_pressure = NO_SAMPLE;
+    state->metres = state->zero = state->age = state->acceleration = 0;
+    alignment_start(&state->alignment);
+    conditioning_start(&state->conditioning);
+    height_start(&state->height, NO_SAMPLE);
+}
+
+/* The second of rest: collect; at its end, start the estimators, or begin again. */
+static baroarma_status align_step(baroarma_state *state, const real accel[3], const real gyro[3], real pressure,
+                                  real dt)
+{
+    baroarma_status status = BAROARMA_ALIGNING;
+    real altitude = altitude_of(state, pressure);
+    if (state->alignment.samples > 0) alignment_wait(&state->alignment, dt);
+    if (state->alignment.elapsed >= BAROARMA_ALIGNMENT) {
+        if (align_end(state)) {
+            const int good = chain_step(state, accel, gyro, altitude, dt);
+            state->aligned = 1;
+            return good ? BAROARMA_OK : BAROARMA_OVERFLOW;
+        }
+        status = BAROARMA_NO_REST;
+        baroarma_init(state);
+        altitude = altitude_of(state, pressure);
+    }
+    align(state, accel, gyro, altitude);
+    return status;
+}
+
+baroarma_result baroarma_step(baroarma_state *state, const real accel[3], const real gyro[3], real pressure,
+                              real dt)
+{
+    baroarma_status status = BAROARMA_OK;
+    real force[3], rate[3];
+    if (state->alignment.samples > 0 && !(dt >= 0 && dt <= BAROARMA_LONGEST_STEP)) {
+        return result_of(state, BAROARMA_BAD_INTERVAL);
+    }
+    take_vector(force, accel, BAROARMA_LARGEST_FORCE);
+    take_vector(rate, gyro, BAROARMA_LARGEST_RATE);
+    if (!state->aligned) {
+        status = align_step(state, force, rate, pressure, dt);
+    } else if (!chain_step(state, force, rate, altitude_of(state, pressure), dt)) {
+        status = BAROARMA_OVERFLOW;
+    }
+    if (status == BAROARMA_OVERFLOW) baroarma_init(state);
+    return result_of(state, status);
+}
