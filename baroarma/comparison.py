@@ -1,12 +1,16 @@
-"""The bake-off: several presets on one recording, against its reference if it has one."""
+"""The bake-off: several presets, and tracks made elsewhere, on one recording, against its reference if any."""
 
 from __future__ import annotations
 
+import os
 import statistics
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from baroarma.finding import Finding
 from baroarma.metrics import Errors, errors, estimate_reference_lag
@@ -22,23 +26,27 @@ if TYPE_CHECKING:
 
 NOTICEABLE_LAG: Final = 0.03
 """A reference that is late by less (s) is not worth a word: about one sample of a laser."""
+TRACK_COLUMNS: Final = ("time_s", "height_m", "velocity_m_s", "height_sd_m", "velocity_sd_m_s")
+"""Columns of ``track.csv``."""
+CLOCK: Final = 1e-3
+"""By how much another program may round the recording's times, s."""
 _HEADS: Final = ("height RMSE m", "velocity RMSE m/s", "height bias m", "closure m", "us/sample")
 
 
 @dataclass(frozen=True)
 class Row:
-    """Hold what one preset did.
+    """Hold what one preset did, or another program.
 
     Parameters
     ----------
     preset : str
-        Its name.
+        Its name, or the track's.
     track : Track or None
         What it made; None when it could not, and `refusal` says why.
     errors : Errors or None
         Against the reference.
     us_per_sample : float or None
-        Time of a second run (compiled) per row, microseconds.
+        Time of a second run (compiled) per row, microseconds; None for a track made elsewhere.
     refusal : str
         Why there is no track.
     """
@@ -150,6 +158,7 @@ def compare(
     presets: Sequence[str] | None = None,
     noise: NoiseModel | None = None,
     reference_lag: float = 0.0,
+    tracks: Sequence[Track] = (),
 ) -> Comparison:
     """Run several presets on one recording.
 
@@ -163,11 +172,14 @@ def compare(
         The barometer's noise.
     reference_lag : float
         How late the reference is, s; errors are taken against the reference shifted back by so much.
+    tracks : sequence of Track
+        What other programs made of the same recording, such as exported firmware; see `read_track`.
 
     Returns
     -------
     Comparison
-        With a row per preset, and a finding when the reference seems to be late by another lag.
+        With a row per preset and one per track, which says how near it is to the nearest preset, and a
+        finding when the reference seems to be late by another lag.
 
     Examples
     --------
@@ -181,7 +193,71 @@ def compare(
         raise ValueError(f"there is nothing to compare; name some of {', '.join(PRESETS)}")
     trackers = [Tracker.preset(name, noise=noise) for name in names]
     rows = tuple(_row(tracker, recording, reference_lag) for tracker in trackers)
-    return Comparison(recording, rows, reference_lag, _late(rows, recording, reference_lag))
+    given = tuple(_given_row(track, recording, rows, reference_lag) for track in tracks)
+    return Comparison(recording, (*rows, *given), reference_lag, _late(rows, recording, reference_lag))
+
+
+def read_track(path: str | os.PathLike[str]) -> Track:
+    """Read a track that another program wrote with the columns of ``track.csv``; its name is the file's.
+
+    The acceleration, which isn't in the file, is the velocity's derivative.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Raises
+    ------
+    ValueError
+        If a column is missing, a value is no number, or there are fewer than two rows; the message names the
+        file.
+    """
+    import pandas as pd
+
+    try:
+        frame = pd.read_csv(path)
+        t, *columns = (frame[name].to_numpy(float) for name in TRACK_COLUMNS)
+    except KeyError as error:
+        raise ValueError(
+            f"{path}: there is no column {error}; a track has {', '.join(TRACK_COLUMNS)}"
+        ) from error
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, ValueError) as error:
+        raise ValueError(f"{path}: this is no track: {error}") from error
+    if len(t) < 2 or not (np.diff(t) > 0).all():
+        raise ValueError(
+            f"{path}: a track needs two rows or more whose times increase, but it has {len(t)} rows"
+        )
+    try:
+        return Track(t, *columns, np.gradient(columns[1], t), preset=Path(path).name)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _given_row(track: Track, recording: Recording, rows: tuple[Row, ...], reference_lag: float) -> Row:
+    """Return the row of a track made elsewhere, with how near it is to the nearest preset."""
+    span, known = (track.t[0], track.t[-1]), (recording.t[0], recording.t[-1])
+    if span[0] < known[0] - CLOCK or span[1] > known[1] + CLOCK:
+        raise ValueError(
+            f"{track.preset}: its times run from {span[0]:g} to {span[1]:g} s, those of {recording.name} from "
+            f"{known[0]:g} to {known[1]:g} s; is it the track of another recording?"
+        )
+    nearness = _nearness(track, [row.track for row in rows if row.track is not None])
+    track = replace(track, name=recording.name, findings=(*track.findings, *nearness))
+    return Row(track.preset, track, errors(track, recording, reference_lag=reference_lag), None)
+
+
+def _nearness(track: Track, others: list[Track]) -> tuple[Finding, ...]:
+    apart = []
+    for other in others:
+        height, velocity = (np.interp(track.t, other.t, column) for column in (other.height, other.velocity))
+        off = np.abs(track.height - height).max(), np.abs(track.velocity - velocity).max()
+        apart.append((*map(float, off), other.preset))
+    if not apart:
+        return ()
+    height_off, velocity_off, preset = min(apart)
+    message = f"It is nearest to {preset}: at most {height_off:.2g} m and {velocity_off:.2g} m/s apart."
+    return (Finding("nearest-preset", "info", message),)
 
 
 def _row(tracker: Tracker, recording: Recording, reference_lag: float) -> Row:

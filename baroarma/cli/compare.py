@@ -29,6 +29,13 @@ from baroarma.cli.track import load_noise
     metavar="S",
     help="How late the reference is; its errors are taken against the reference shifted back by so much.",
 )
+@click.option(
+    "--track",
+    "track_files",
+    multiple=True,
+    metavar="TRACK.csv",
+    help="Compare a track that another program made of the recording, too (repeatable).",
+)
 @click.option("--report", type=OutputFile(), help="Write a page with the table and plots here.")
 @json_option
 def compare(
@@ -39,21 +46,27 @@ def compare(
     noise_file: str | None,
     presets: str | None,
     reference_lag: float,
+    track_files: tuple[str, ...],
     report: str | None,
     as_json: bool,
 ) -> None:
     """Run several presets on each RECORDING and show errors against its reference, if it has one.
 
     Track and reference are both zeroed over the first second.  Without a reference, closure tells where a
-    ride that should end at 0 ends.
+    ride that should end at 0 ends.  A --track, such as the firmware's, is shown beside the presets, with the
+    one that it is nearest to.
     """
     from baroarma.comparison import compare as compare_presets
+    from baroarma.comparison import read_track
 
     noise = load_noise(noise_file)
     names = None if presets is None else tuple(name.strip() for name in presets.split(",") if name.strip())
     recordings = read_recordings(files, mapping, start, stop)
+    if track_files and len(recordings) > 1:
+        raise click.UsageError(f"--track belongs to one recording, but there are {len(recordings)}")
+    tracks = tuple(read_track(path) for path in track_files)
     found = [
-        compare_presets(recording, presets=names, noise=noise, reference_lag=reference_lag)
+        compare_presets(recording, presets=names, noise=noise, reference_lag=reference_lag, tracks=tracks)
         for recording in with_progress(recordings, "comparing")
     ]
     if as_json:

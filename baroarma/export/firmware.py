@@ -139,7 +139,9 @@ def firmware(
     if real not in ("float", "double"):
         raise ValueError(f"firmware computes with 'float' or 'double', not with {real!r}")
     if not RATES[0] <= rate_hz <= RATES[1]:
-        raise ValueError(f"the barometer's rate must be {RATES[0]:g} to {RATES[1]:g} Hz, but it is {rate_hz:g}")
+        raise ValueError(
+            f"the barometer's rate must be {RATES[0]:g} to {RATES[1]:g} Hz, but it is {rate_hz:g}"
+        )
     tracker = Tracker.preset(preset, noise=noise, **options)
     if lack := _lack(tracker):
         names = ", ".join(exportable())
@@ -189,7 +191,9 @@ def _chain_numbers(preset: Preset) -> Numbers:
         Number("ALIGNMENT", ALIGNMENT - _CLOCK, "rest at the start, s"),
         Number("LEAST_GRAVITY", STANDARD_GRAVITY / 2, "a mean specific force below is no rest, m/s²"),
         Number("ENOUGH_SAMPLES", ENOUGH, "fewer don't tell a sensor's noise"),
-        Number("BIAS_CAPTURE", preset.bias_capture, "1: height counts from the rest's mean; 0: the first sample"),
+        Number(
+            "BIAS_CAPTURE", preset.bias_capture, "1: height counts from the rest's mean; 0: the first sample"
+        ),
         Number("LONGEST_STEP", 3600.0, "a longer interval is refused, s"),
         Number("LARGEST_FORCE", 1e4, "no accelerometer reads more, m/s²"),
         Number("LARGEST_RATE", 1e3, "no gyro reads more, rad/s"),

@@ -186,7 +186,9 @@ static inline {narrow} {name}_step({name} *w, {narrow} x)
 def _report(f: FixedPointFilter) -> str:
     exact, w = f.exact, f.quantised
     if exact.zero_hz is None:
-        return f"Whitening filter at {w.rate_hz:g} Hz in {f.form}: the noise is white already, the filter is 1."
+        return (
+            f"Whitening filter at {w.rate_hz:g} Hz in {f.form}: the noise is white already, the filter is 1."
+        )
     unity = abs(complex(w.response(w.unity_gain_hz)))
     return (
         f"Whitening filter at {w.rate_hz:g} Hz in {f.form}; rounded, and exact in brackets:\n"

@@ -79,4 +79,3 @@ def golden_ride(rate_hz: float) -> Recording:
 
 def _decimal(values: Signal) -> Signal:
     return np.array([float(f"{x:.7g}") for x in values.ravel()]).reshape(values.shape)
-

@@ -136,7 +136,9 @@ def white_equivalent_sd(noise: NoiseModel, rate_hz: float) -> float:
 def _px4(noise: NoiseModel, pascals_per_metre: float) -> Hint:
     rate_hz = min(noise.rate_hz, FUSION_HZ)
     limits = (
-        _drift_limit(noise, "the estimator's own barometer-bias states take it up beside another height source"),
+        _drift_limit(
+            noise, "the estimator's own barometer-bias states take it up beside another height source"
+        ),
         "EKF2_BARO_RATE is taken as 20 Hz (default) or the sensor's rate; the number goes with its root",
         _AT_REST,
     )
@@ -165,7 +167,9 @@ def _ardupilot(noise: NoiseModel, pascals_per_metre: float) -> Hint:
     )
 
 
-_AT_REST: Final = "this is the sensor at rest; rotors, wind and speed add to it, so that it is the least to enter"
+_AT_REST: Final = (
+    "this is the sensor at rest; rotors, wind and speed add to it, so that it is the least to enter"
+)
 
 
 def _floor(

@@ -108,7 +108,9 @@ def _whitening(conditioner: Any) -> Numbers:
 def _drive(height: Any) -> Numbers:
     drive = height.drive
     return (
-        Number("MIDPOINT", bool(drive.midpoint), "1: integrate the mean of two accelerations; 0: the earlier"),
+        Number(
+            "MIDPOINT", bool(drive.midpoint), "1: integrate the mean of two accelerations; 0: the earlier"
+        ),
         Number("ZUPT_STEPS", int(drive.zupt_steps), "quiet steps until there is rest; 0: never"),
         Number("ZUPT_THRESHOLD", float(drive.zupt_threshold), "largest acceleration at rest, m/s²"),
         Number("REST_SD", float(height.rest_sd), "of the velocity at rest, m/s"),
@@ -136,7 +138,9 @@ def _kalman(height: Any) -> Numbers:
     return (
         *_drive(height),
         Number("STATES", len(height.states), ", ".join(height.states).replace("_", " ")),
-        Number("INITIAL_VARIANCE", np.diag(height.initial_covariance()).tolist(), "diagonal of P at the start"),
+        Number(
+            "INITIAL_VARIANCE", np.diag(height.initial_covariance()).tolist(), "diagonal of P at the start"
+        ),
         Number("UNRESOLVED", float(height.unresolved), "share of a change that an average may miss"),
         Number("MEASUREMENT", np.ravel(height.H).tolist(), "how the states add up to an altitude"),
         Number("R", float(np.squeeze(height.R)), "variance of an altitude's white noise, m²"),
@@ -189,6 +193,8 @@ CONDITIONINGS: Final[Mapping[str, Part]] = {
 HEIGHTS: Final[Mapping[str, Part]] = {
     "complementary": Part(("decay", "drive", "complementary"), _complementary, _complementary_lacks),
     "kalman": Part(("drive", "kalman", "linear"), _kalman),
-    "coloured-kalman": Part(("decay", "drive", "coloured_kalman", "linear"), _coloured_kalman, _coloured_kalman_lacks),
+    "coloured-kalman": Part(
+        ("decay", "drive", "coloured_kalman", "linear"), _coloured_kalman, _coloured_kalman_lacks
+    ),
 }
 """Height estimators that have one."""

@@ -149,7 +149,7 @@ def test_the_covariance_is_honest_for_the_world_that_it_assumes():
     sd, n, runs = {"tilt_sd": 5e-3, "bias_sd": 5e-4, "gyro_noise_sd": 0.003, "velocity_sd": 1.0}, 3000, 60
     rng, t, nees = np.random.default_rng(8), np.arange(3000) * 0.02, 0.0
     for _ in range(runs):
-        tilt = RobustAttitude(**sd, velocity_time=1.0, rate_error=0.0, force_error=0.0)
+        tilt = RobustAttitude(**sd, velocity_time=1.0, rate_error=0.0, force_error=0.0, bias_walk=0.0)
         wrong = Rotation.from_rotvec([*rng.normal(scale=sd["tilt_sd"], size=2), 0.0])
         tilt.reset(Alignment(up=tuple(wrong.apply(UP))))
         wander = NoiseModel(sd["velocity_sd"], 1.0, 0.0, rate_hz=50.0)  # Gauss-Markov, as the prior says
