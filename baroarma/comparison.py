@@ -1,4 +1,4 @@
-"""The bake-off: several presets, and tracks made elsewhere, on one recording, against its reference if any."""
+"""The bake-off: presets, and others' tracks, on one recording, against its reference if it has one."""
 
 from __future__ import annotations
 
@@ -217,7 +217,7 @@ def read_track(path: str | os.PathLike[str]) -> Track:
 
     try:
         frame = pd.read_csv(path)
-        t, *columns = (frame[name].to_numpy(float) for name in TRACK_COLUMNS)
+        t, height, velocity, *sds = (frame[name].to_numpy(float) for name in TRACK_COLUMNS)
     except KeyError as error:
         raise ValueError(
             f"{path}: there is no column {error}; a track has {', '.join(TRACK_COLUMNS)}"
@@ -229,7 +229,8 @@ def read_track(path: str | os.PathLike[str]) -> Track:
             f"{path}: a track needs two rows or more whose times increase, but it has {len(t)} rows"
         )
     try:
-        return Track(t, *columns, np.gradient(columns[1], t), preset=Path(path).name)
+        acceleration = np.gradient(velocity, t)
+        return Track(t, height, velocity, sds[0], sds[1], acceleration, preset=Path(path).name)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -239,8 +240,8 @@ def _given_row(track: Track, recording: Recording, rows: tuple[Row, ...], refere
     span, known = (track.t[0], track.t[-1]), (recording.t[0], recording.t[-1])
     if span[0] < known[0] - CLOCK or span[1] > known[1] + CLOCK:
         raise ValueError(
-            f"{track.preset}: its times run from {span[0]:g} to {span[1]:g} s, those of {recording.name} from "
-            f"{known[0]:g} to {known[1]:g} s; is it the track of another recording?"
+            f"{track.preset}: its times run from {span[0]:g} to {span[1]:g} s, those of {recording.name} "
+            f"from {known[0]:g} to {known[1]:g} s; is it the track of another recording?"
         )
     nearness = _nearness(track, [row.track for row in rows if row.track is not None])
     track = replace(track, name=recording.name, findings=(*track.findings, *nearness))

@@ -104,6 +104,19 @@ class Tracker:
         chain = f"{s.attitude or '-'}, {s.conditioning}, {s.height or 'off-line'}"
         return f"<Tracker {s.name}: {chain}; noise {'identified' if self.noise else 'not given'}>"
 
+    @property
+    def estimator(self) -> HeightEstimator:
+        """The height estimator as it stands, for who wants its matrices or its evidence.
+
+        Raises
+        ------
+        ValueError
+            Before the tracker is aligned.
+        """
+        if self._chain is None:
+            raise ValueError("the tracker is not aligned yet; run it, or step it for a second")
+        return self._chain.height
+
     def reset(self) -> None:
         """Forget everything but the settings."""
         self._chain: Chain | None = None
@@ -301,7 +314,7 @@ class Tracker:
             assert accel is not None
             assert gyro is not None
             stillness = Stillness(alignment)
-            height.look_back(t, altitude - zero, stillness.run(t, accel, gyro).still)
+            height.look_back(t, altitude - zero, stillness.run(t, accel, gyro).still, dt=dt)
         return Chain(
             self._attitude, height, conditioner, zero=zero, rate_hz=rate_hz, with_imu=imu, stillness=stillness
         )

@@ -16,7 +16,8 @@ from typing import Any, Final
 
 from baroarma.imu_noise import ImuNoise
 from baroarma.noise_model import NoiseModel
-from baroarma.prediction import Prediction, predict_accuracy
+from baroarma.predicted import Prediction
+from baroarma.prediction import predict_accuracy
 from baroarma.presets import find_preset
 from baroarma.recording import Recording
 

@@ -1,7 +1,8 @@
 """Attitude estimators behind one height filter: `python benchmarks/attitudes.py [--seeds 5]`.
 
-Two minutes of each motion, `coloured-kalman` with the true noise model behind every attitude; rms over seeds
-of height m / velocity m/s.  Device `simple` has noise and bias; `wimu` also scale errors, steps, bandwidth.
+Two minutes of each motion, or until it ends, `coloured-kalman` with the noise of SG13's barometer behind
+every attitude; rms over seeds of height m / velocity m/s.  Device `simple` has noise and bias, the others
+also scale errors, steps, range and bandwidth.
 """
 
 import argparse
@@ -10,23 +11,27 @@ import numpy as np
 
 import baroarma as ba
 from baroarma.simulation import BMP085, simulate
+from baroarma.simulation.motions import DURATIONS
 
-ATTITUDES = ("tilt-kalman", "quaternion-ekf", "vqf", "imufusion", "reference")
+ATTITUDES = ("robust", "tilt-kalman", "quaternion-ekf", "vqf", "imufusion", "reference")
+DEVICES = ("simple", "wimu", "gy-87", "bmp390-bmi270")
 RIDES = {
     "rest": ("rest", {}),
     "squats": ("squat", {}),
     "stairs": ("stairs", {}),
     "walking": ("walk", {}),
-    "circle, 0.5 Hz": ("circle", {"frequency_hz": 0.5}),
-    "circle, 1 Hz": ("circle", {"frequency_hz": 1.0}),
-    "circle, 1.25 Hz": ("circle", {"frequency_hz": 1.25}),
+    "lift": ("lift", {}),
+    "free fall": ("free-fall", {}),
+    **{f"circle, {f:g} Hz": ("circle", {"frequency_hz": f}) for f in (0.25, 0.5, 0.75, 1.0, 1.25)},
+    **{f"Lee16, test {test.upper()}": (f"lee16-{test}", {}) for test in "abcde"},
 }
 
 
 def rms(attitude, motion, options, device, seeds):
     squares = []
     for seed in seeds:
-        log = simulate(motion, duration=120, seed=seed, device=device, **options)
+        duration = min(120, DURATIONS.get(motion, 120))
+        log = simulate(motion, duration=duration, seed=seed, device=device, **options)
         track = ba.Tracker(noise=BMP085.noise, attitude=attitude).run(log)
         off = track.height - log.reference, track.velocity - log.reference_velocity
         squares.append([np.mean(e**2) for e in off])
@@ -37,7 +42,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=5)
     seeds = range(parser.parse_args().seeds)
-    for device in ("simple", "wimu"):
+    for device in DEVICES:
         print(f"\nDevice `{device}`:\n\n| motion | {' | '.join(ATTITUDES)} |\n|---|{'---|' * len(ATTITUDES)}")
         for title, (motion, options) in RIDES.items():
             cells = ["{:.2f} / {:.3f}".format(*rms(a, motion, options, device, seeds)) for a in ATTITUDES]

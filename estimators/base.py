@@ -127,13 +127,15 @@ class HeightEstimator(ABC):
     def reset(self, alignment: Alignment | None = None) -> None:
         """Start anew at height 0 and velocity 0."""
 
-    def look_back(self, t: Signal, altitude: Signal, at_rest: NDArray[np.bool_]) -> None:
+    def look_back(self, t: Signal, altitude: Signal, at_rest: NDArray[np.bool_], *, dt: float) -> None:
         """Learn from the rest before the first row, if that tells it anything; for who `listens_to_rest`.
 
         Parameters
         ----------
         t, altitude, at_rest : ndarray, shape (n,)
-            As in `run`, without acceleration.  The row that comes next takes no time.
+            As in `run`, without acceleration.
+        dt : float
+            Time from the last of them to the first row, s.
         """
 
     @abstractmethod

@@ -11,7 +11,7 @@ from baroarma.cli.track import Name
 
 if TYPE_CHECKING:
     from baroarma.imu_noise import ImuNoise
-    from baroarma.prediction import Prediction
+    from baroarma.predicted import Prediction
 
 
 @click.command(short_help="Predict the accuracy before any experiment.")

@@ -5,8 +5,8 @@
     golden vectors ─────┴── baroarma_selftest.c, baroarma_golden.h
 
 One source serves floats and doubles.  Nothing is allocated, nothing is global: all state is in a structure
-that the caller owns.  The self-test replays a recording that Python tracked, and samples that no sensor should
-give; compiled with ``-DBAROARMA_REPLAY`` it tracks a recording's CSV instead.
+that the caller owns.  The self-test replays a recording that Python tracked, and samples that no sensor
+should give; compiled with ``-DBAROARMA_REPLAY`` it tracks a recording's CSV instead.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from typing import Any, Final, Literal
 
 from baroarma.atmosphere import EXPONENT, SCALE_HEIGHT, SEA_LEVEL_PRESSURE, STANDARD_GRAVITY
 from baroarma.atomic import replacing
-from baroarma.chain import LONGEST_HOLD
 from baroarma.estimators.attitude.alignment import ENOUGH
+from baroarma.estimators.attitude.kernels import LONGEST_HOLD
 from baroarma.estimators.base import UNSEEN_WALK
 from baroarma.estimators.conditioning import Conditioner, conditioner_of
 from baroarma.export.c_text import Number, comment

@@ -145,7 +145,7 @@ def _shift(b0: float, b1: float, a1: float) -> int:
 def fixed_point_source(whitening: WhiteningFilter, form: Format) -> str:
     """Return the filter as C99, with the response of the rounded coefficients in its comment."""
     f = quantise(whitening, form)
-    w, name = f.quantised, f"whitening_{form}"
+    name = f"whitening_{form}"
     narrow, wide = ("int16_t", "int32_t") if form == "q15" else ("int32_t", "int64_t")
     scale = FULL_SCALES[form]
     return f"""#include <stdint.h>
@@ -155,7 +155,8 @@ def fixed_point_source(whitening: WhiteningFilter, form: Format) -> str:
 #define {name.upper()}_INPUT_M {scale:.1f} /* full scale of the input, m: x = height / this * 2^{f.bits} */
 #define {name.upper()}_OUTPUT_M {scale * 2**f.shift:.1f} /* full scale of the output, m */
 
-typedef struct {{ {narrow} x, y; {wide} rest; int started; }} {name};  /* set all to 0 before the first sample */
+/* Set all to 0 before the first sample. */
+typedef struct {{ {narrow} x, y; {wide} rest; int started; }} {name};
 
 /* Floor of a / 2^{f.bits}, without shifting a negative number to the right. */
 static inline {narrow} {name}_floor({wide} a)
@@ -185,14 +186,11 @@ static inline {narrow} {name}_step({name} *w, {narrow} x)
 
 def _report(f: FixedPointFilter) -> str:
     exact, w = f.exact, f.quantised
+    head = f"Whitening filter at {w.rate_hz:g} Hz in {f.form}"
     if exact.zero_hz is None:
-        return (
-            f"Whitening filter at {w.rate_hz:g} Hz in {f.form}: the noise is white already, the filter is 1."
-        )
-    unity = abs(complex(w.response(w.unity_gain_hz)))
-    return (
-        f"Whitening filter at {w.rate_hz:g} Hz in {f.form}; rounded, and exact in brackets:\n"
-        f" * zero {w.zero_hz:.6g} Hz [{exact.zero_hz:.6g}], pole {w.pole_hz:.6g} Hz [{exact.pole_hz:.6g}],\n"
-        f" * gain at {w.unity_gain_hz:g} Hz {unity:.6g} [1], off by at most {f.deviation_db():.2g} dB anywhere.\n"
-        f" * A steady height change is reported {w.dc_gain:.6g} [{exact.dc_gain:.6g}] times its size (DC gain)."
-    )
+        return f"{head}: the noise is white already, the filter is 1."
+    unity, off = abs(complex(w.response(w.unity_gain_hz))), f.deviation_db()
+    return f"""{head}; rounded, and exact in brackets:
+ * zero {w.zero_hz:.6g} Hz [{exact.zero_hz:.6g}], pole {w.pole_hz:.6g} Hz [{exact.pole_hz:.6g}],
+ * gain at {w.unity_gain_hz:g} Hz {unity:.6g} [1], anywhere off by at most {off:.2g} dB.
+ * A steady height change is reported {w.dc_gain:.6g} [{exact.dc_gain:.6g}] times its size (DC gain)."""

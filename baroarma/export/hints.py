@@ -1,8 +1,8 @@
 """What to enter in other programs for one noise model, and why that number.
 
-Filters of autopilots (PX4, ArduPilot) take every altitude's error for white and independent of the last one.
-What matters to them is the density of the noise at the low frequencies where they listen: white noise that has
-the model's density at frequency 0,
+Filters of autopilots (PX4, ArduPilot) take every altitude's error for white.  What matters to them is the
+density of the noise at the low frequencies where they listen: white noise that has the model's density at
+frequency 0,
 
     S(0) = sigma_u²/rate + 2 sigma_c² tau,   sd per sample at the filter's rate f:  sqrt(S(0) f),
 
@@ -136,9 +136,7 @@ def white_equivalent_sd(noise: NoiseModel, rate_hz: float) -> float:
 def _px4(noise: NoiseModel, pascals_per_metre: float) -> Hint:
     rate_hz = min(noise.rate_hz, FUSION_HZ)
     limits = (
-        _drift_limit(
-            noise, "the estimator's own barometer-bias states take it up beside another height source"
-        ),
+        _drift_limit(noise, "EKF2 estimates the barometer's bias where it has another height source"),
         "EKF2_BARO_RATE is taken as 20 Hz (default) or the sensor's rate; the number goes with its root",
         _AT_REST,
     )
@@ -154,7 +152,7 @@ def _ardupilot(noise: NoiseModel, pascals_per_metre: float) -> Hint:
     rate_hz = min(noise.rate_hz, FUSION_HZ)
     limits = (
         _drift_limit(noise, "EKF3 has no state for it: the height follows the weather"),
-        "EKF3 takes one sample in 50 ms at most; the number goes with the root of the sensor's rate below that",
+        "EKF3 takes one sample in 50 ms at most; below, the number goes with the root of the rate",
         "the same number serves the synthetic height of EK3_SRCx_POSZ = 0",
         _AT_REST,
     )
@@ -178,14 +176,15 @@ def _floor(
     sd = white_equivalent_sd(noise, rate_hz)
     value = round(min(max(sd, least), most) / step) * step
     kept = "" if least <= sd <= most else f", kept within {least:g} to {most:g} m"
-    why = f"white noise at {rate_hz:g} Hz with the density at low frequency: {sd:.4g} m{kept} (default {default})"
+    why = f"white noise at {rate_hz:g} Hz as dense at low frequency has {sd:.4g} m{kept} (default {default})"
     return Setting(name, round(value, 9), "m", why)
 
 
 def _drift_limit(noise: NoiseModel, what: str) -> str:
     if not noise.drift_rate:
         return ""
-    return f"the drift, {noise.drift_rate:.3g} m in a second and {60**0.5 * noise.drift_rate:.2g} m in a minute, is in no parameter; {what}"
+    second, minute = noise.drift_rate, 60**0.5 * noise.drift_rate
+    return f"the drift, {second:.2g} m in a second and {minute:.2g} m in a minute, is in no parameter; {what}"
 
 
 def _gazebo(noise: NoiseModel, pascals_per_metre: float) -> Hint:
@@ -243,8 +242,8 @@ def _matlab(noise: NoiseModel, pascals_per_metre: float) -> Hint:
     )
     limits = (
         _drift_limit(noise, "add it to the output as a cumulative sum of randn"),
-        "the noise is that of altimeterSensor; barometerSensor (since R2025a) takes it in Pa, and that it scales "
-        "its correlated noise in the same way was not checked: compare its sd with the model's",
+        "the numbers are altimeterSensor's; barometerSensor (since R2025a) takes them in Pa, but whether it "
+        "scales its correlated noise in the same way was not checked: compare its sd with the model's",
         "the slow noise starts at 0, and is complete after a few correlation times",
     )
     metres = ", ".join(f"{s.name}={s.value:.6g}" for s in settings)

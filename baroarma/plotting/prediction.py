@@ -9,7 +9,7 @@ from baroarma.plotting.canvas import DATA, MODEL, axes_or_new, envelope, finish,
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from baroarma.prediction import Prediction
+    from baroarma.predicted import Prediction
 
 
 def plot_prediction(prediction: Prediction, ax: Axes | None = None) -> Axes:

@@ -103,7 +103,7 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
     Raises
     ------
     ValueError
-        If `interval` or `velocity_sd` is not positive.
+        If `interval`, `velocity_sd` or `velocity_time` is not positive.
 
     Examples
     --------
@@ -131,9 +131,10 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
         bias_sd: float = math.radians(0.05),
         scale_sd: float = 0.01,
     ) -> None:
-        for name, value in (("interval", interval), ("velocity_sd", velocity_sd)):
+        prior = {"interval": interval, "velocity_sd": velocity_sd, "velocity_time": velocity_time}
+        for name, value in prior.items():
             if not value > 0:
-                raise ValueError(f"{name} must be positive, but it is {value}; the default serves people")
+                raise ValueError(f"{name} must be positive, but it is {value}; leave it out for the default")
         KalmanFilter.__init__(self, dim_x=STATES, dim_z=2)
         self._chosen = RobustSettings(
             gyro_noise_sd=math.nan if gyro_noise_sd is None else gyro_noise_sd,

@@ -3,7 +3,8 @@
 The strapdown runs at every row and sums up what a levelling needs to know of the interval since the last one;
 the matrices are written and the covariance moves only then.  Nothing is allocated within the loop.
 Everything compiled is in this one file, because numba's cache watches no other; for the same reason the
-constants of other modules come in with the settings.
+constants of other modules come in with the settings.  What runs at every row takes the arrays one by one and
+is inlined: a tuple of arrays passed on would cost more than the arithmetic.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ class RobustSettings(NamedTuple):
 
 
 class RobustState(NamedTuple):
-    """What the filter remembers between rows; the last five are of the last levelling."""
+    """What the filter remembers between rows; x and the matrices are those of the last levelling."""
 
     q: Array
     """Attitude, body to world, scalar last, (4,)."""
@@ -359,12 +360,10 @@ def restart(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Arr
 
 
 @njit(cache=True)
-def is_relevelled(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Array) -> bool:
-    """Take a lost tilt anew from this row's specific force, if there is one; return whether it was."""
-    found = is_sample(accel) and level_anew(accel[0], accel[1], accel[2], s, m, C)
-    if found:
+def recover(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Array) -> None:
+    """Take a lost tilt anew from this row's specific force, if there is one."""
+    if is_sample(accel) and level_anew(accel[0], accel[1], accel[2], s, m, C):
         restart(accel, gyro, s, m, C)
-    return found
 
 
 @njit(cache=True)
@@ -438,8 +437,8 @@ def run_robust(
             fz = C[2, 0] * f[0] + C[2, 1] * f[1] + C[2, 2] * f[2]
             accelerate(T, fx, fy, fz, s, estimate, held, age, flow, sums)
             travel(T, estimate, flow, sums)
-            if age[2] > s.interval - ROUNDING:
+            if age[2] > 0 and age[2] > s.interval - ROUNDING:
                 end_interval(f, gyro[k], s, m, C, work)
         else:
-            is_relevelled(f, gyro[k], s, m, C)
+            recover(f, gyro[k], s, m, C)
         vertical[k], vertical_sd[k] = project(f, s, estimate, held, sums, P, C, ups[k])

@@ -281,6 +281,8 @@ def _take_altitude(
     for i in range(active):
         x, P, doubt = bank.x[i], bank.P[i], bank.doubt[i]
         y, s = innovate(x, P, h, r, rows.z[k], gain)
+        if s <= 0.0:  # a second sample at the same instant
+            continue
         off = y / math.sqrt(s)
         doubt[3] = share * doubt[3] + math.sqrt(1.0 - share * share) * min(max(off, -rules.gate), rules.gate)
         taken = abs(off) <= rules.gate and abs(doubt[3]) <= rules.gate

@@ -110,6 +110,9 @@ class ColouredKalman(LinearHeight):
     ('height', 'velocity', 'acceleration_bias', 'offset', 'correlated')
     """
 
+    evidence: float
+    """Log-likelihood of the altitudes that were taken since `reset`."""
+
     def __init__(
         self,
         *,
@@ -207,12 +210,14 @@ class ColouredKalman(LinearHeight):
             self.bias_sd = self._given[1] or math.hypot(BIAS_SD, excess)
             self._aligned_sd = math.hypot(alignment.accel_sd / math.sqrt(ENOUGH), LEFT_BIAS_SD)
             self.Q = self.process_noise(self.dt)
+        self.evidence = 0.0
         self._anchor = np.array([*(alignment or Alignment()).up, 0.0])
         self._bank = Bank(self._bank.rules, self.dim_x)
         super().reset(alignment)
 
-    def look_back(self, t: Signal, altitude: Signal, at_rest: NDArray[np.bool_]) -> None:
+    def look_back(self, t: Signal, altitude: Signal, at_rest: NDArray[np.bool_], *, dt: float) -> None:
         """Learn the barometer's offset from the rest before the first row."""
+        t, altitude, at_rest = np.append(t, t[-1] + dt), np.append(altitude, np.nan), np.append(at_rest, at_rest[-1])
         self.run(t, altitude, np.zeros(len(t)), at_rest=at_rest)
         self._started = False
 
@@ -268,6 +273,7 @@ class ColouredKalman(LinearHeight):
         decisions = self._bank.run(rows, x, P, out)
         self._restore(x, P)
         self._started = self._started or n > 0
+        self.evidence += decisions.log_likelihood
         return HeightRun(*out), decisions
 
 

@@ -127,8 +127,14 @@ def innovate(x: Signal, P: Signal, h: Signal, r: float, z: float, gain: Signal) 
 
 @njit(cache=True)
 def absorb(x: Signal, P: Signal, h: Signal, r: float, y: float, s: float, gain: Signal, work: Signal) -> None:
-    """Update in place after `innovate`, Joseph form; `gain` becomes the Kalman gain."""
+    """Update in place after `innovate`, Joseph form; `gain` becomes the Kalman gain.
+
+    What is known exactly (s = 0: a second sample of the same noise) tells nothing new.
+    """
     m = len(x)
+    if s <= 0.0:
+        gain[:] = 0.0
+        return
     for j in range(m):  # (I - k h') P, then ... (I - k h')' + k r k'
         work[0, j] = gain[j]
     for i in range(m):
