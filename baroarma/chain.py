@@ -12,6 +12,8 @@ once, and `step` goes on where `run` ended.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -100,17 +102,21 @@ class Chain:
         self._velocity = state.velocity
         return TrackState(*state, self._acceleration)
 
-    def run(self, rows: Recording, altitude: Signal, dt: float) -> ChainRun:
-        """Take all rows, with their altitudes (n,), the first of them `dt` after what came before."""
+    def run(self, rows: Recording, altitude: Signal, dt: float, *, lag: float | None = None) -> ChainRun:
+        """Take all rows, with their altitudes (n,), the first of them `dt` s after what came before.
+
+        With a `lag` in s each row knows what came up to so much later; the smoother doesn't go on after it.
+        """
+        estimate = self.height.run if lag is None else self._smoother(lag)
         new = np.flatnonzero(np.isfinite(altitude))
         self._find_zero(float(altitude[new[0]]) if len(new) else float("nan"))
         z = self.conditioner.run(altitude - self.zero)
         steps = np.concatenate(([dt], np.diff(rows.t)))
         if not self.with_imu:
             still, sd = np.zeros(len(rows)), _unseen_sd(steps)
-            found = ChainRun(self.height.run(rows.t, z, still, sd), still)
+            found = ChainRun(estimate(rows.t, z, still, sd), still)
         elif self.attitude is None:
-            height = self.height.run(rows.t, z, accel=rows.accel, gyro=rows.gyro)
+            height = estimate(rows.t, z, accel=rows.accel, gyro=rows.gyro)
             found = ChainRun(height, np.diff(height.velocity, prepend=self._velocity) / steps)
         else:
             assert rows.accel is not None
@@ -123,11 +129,19 @@ class Chain:
                 still, shaking = self.stillness.run(rows.t, rows.accel, rows.gyro, dt)
                 listens = {"at_rest": still, "up": felt.up}
                 sd = np.where(np.isnan(sd), shaking, sd)
-            height = self.height.run(rows.t, z, used, sd, **listens)
+            height = estimate(rows.t, z, used, sd, **listens)
             found = ChainRun(height, _held(used, self._acceleration))
             self._age = float(age[-1])
         self._acceleration, self._velocity = float(found.acceleration[-1]), float(found.height.velocity[-1])
         return found
+
+    def _smoother(self, lag: float) -> Callable[..., HeightRun]:
+        smooth = getattr(self.height, "smooth", None)
+        if smooth is None:
+            raise ValueError(
+                f"the height estimator {type(self.height).__name__} has no smoother; coloured-kalman has one"
+            )
+        return partial(smooth, lag=lag)
 
     def _find_zero(self, altitude: float) -> None:
         if np.isnan(self.zero):  # no sample while aligning: the first one is the zero

@@ -46,6 +46,9 @@ TEST_NAMES: Final = {
 """What people call the whiteness tests, by their keys in `NoiseModel.whiteness_p`."""
 Interval = tuple[float, float]
 
+HALF_NORMAL_95: Final = 1.959964
+"""The 95 % quantile of a half-normal distribution, in units of its root mean square."""
+
 
 @dataclass(frozen=True)
 class NoiseModel:
@@ -154,6 +157,23 @@ class NoiseModel:
             "white_sd": (self.ci95["white_sd"][0] * factor, self.ci95["white_sd"][1] * factor),
         }
         return replace(self, white_sd=self.white_sd * factor, rate_hz=rate_hz, ci95=ci95)
+
+    def with_possible_drift(self) -> NoiseModel:
+        """Return the model with the drift that its rest was too short to exclude, if it has none.
+
+        A filter that believes in no drift trusts the barometer for ever.  If the drift's interval is [0, u],
+        its root mean square under a half-normal of that 95 % quantile is u/1.96; a long rest leaves little.
+
+        Examples
+        --------
+        >>> sure = {"correlated_sd": (0, 0), "correlation_time": (0, 0), "white_sd": (0.4, 0.5)}
+        >>> rest = NoiseModel(0, 0, 0.46, rate_hz=50, ci95={**sure, "drift_rate": (0.0, 0.0196)})
+        >>> round(rest.with_possible_drift().drift_rate, 6)
+        0.01
+        """
+        if self.drift_rate or self.ci95 is None:
+            return self
+        return replace(self, drift_rate=self.ci95["drift_rate"][1] / HALF_NORMAL_95)
 
     def arma(self, dt: float) -> ArmaModel:
         """Return the ARMA(1,1) of the stationary part (Gauss-Markov + white) sampled every `dt` s.

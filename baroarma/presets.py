@@ -114,7 +114,7 @@ _ALL = (
     Preset(
         "baroarma",
         "ours: the identified noise, offset, drift and accelerometer bias in the Kalman filter's state",
-        attitude="tilt-kalman",
+        attitude="robust",
         height="coloured-kalman",
         bias_capture=False,
         height_settings={"midpoint": Constant(True, "chosen", "Euler's half-sample lag is an error")},

@@ -6,6 +6,7 @@ answers 0 there, `step` None.  From then on `step` and `run` give the same numbe
 
 from __future__ import annotations
 
+import math
 import os
 import pickle
 from dataclasses import replace
@@ -191,9 +192,46 @@ class Tracker:
             raise TypeError(
                 f"run takes a Recording, not {recording!r:.60}; baroarma.read makes one of a file"
             )
+        return self._track(recording, None)
+
+    def smooth(self, recording: Recording, *, lag: float = math.inf) -> Track:
+        """Track a whole recording, each row with the help of what came after it.
+
+        Parameters
+        ----------
+        recording : Recording
+            As in `run`.
+        lag : float
+            Seconds of later samples that a row may know, for near-on-line use; default: all there are.  The
+            time this takes grows with the lag.
+
+        Returns
+        -------
+        Track
+            One row per row of the recording.
+
+        Raises
+        ------
+        ValueError
+            As `run`, and if the preset's height estimator has no smoother.
+
+        Examples
+        --------
+        >>> from baroarma.simulation import simulate
+        >>> log = simulate("squat", duration=20, seed=1)
+        >>> Tracker(noise=DEFAULT_NOISE).smooth(log).height_sd.max() < 0.1
+        True
+        """
+        if not lag >= 0:
+            raise ValueError(f"the lag is a time in s, 0 or more, but it is {lag}")
+        return self._track(recording, float(lag))
+
+    def _track(self, recording: Recording, lag: float | None) -> Track:
         refuse_unfit(recording, self.settings)
         self.reset()
         if self.settings.height is None:
+            if lag is not None:
+                raise ValueError(f"the preset {self.settings.name} is off-line already, and can't smooth")
             track = bourke_track(recording)
             return replace(track, findings=(*reading_notes(recording), *track.findings))
         t, altitude = recording.t, recording.height()
@@ -207,9 +245,10 @@ class Tracker:
         dt, early = float(t[start] - t[start - 1]), recording.rows(slice(start))
         self._with_imu = recording.accel is not None and recording.gyro is not None
         self._chain = self._aligned(elapsed[:start], early.accel, early.gyro, altitude[:start], dt=dt)
-        found = self._chain.run(recording.rows(slice(start, None)), altitude[start:], dt)
+        found = self._chain.run(recording.rows(slice(start, None)), altitude[start:], dt, lag=lag)
         findings = track_findings(recording, self.settings, self.noise, self._chain, aligned_over=ALIGNMENT)
-        track = _track(recording, start, found, self.settings.name, findings)
+        name = self.settings.name if lag is None else f"{self.settings.name}, smoothed"
+        track = _track(recording, start, found, name, findings)
         return replace(
             track, findings=(*findings, *divergence(track, altitude - self._chain.zero, self._chain))
         )
@@ -284,6 +323,8 @@ class Tracker:
         noise = self.noise
         if noise is None and self.settings.needs_noise:
             noise = DEFAULT_NOISE
+        if noise is not None and self.settings.needs_noise:
+            noise = noise.with_possible_drift()
         if noise is None or self.settings.conditioning != "average+whitening":
             return noise
         gain = whitening.dc_gain if whitening else 1.0

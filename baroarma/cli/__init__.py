@@ -42,7 +42,19 @@ def cli(context: click.Context) -> None:
         raise click.UsageError("give a command, such as identify", context)
 
 
-for command in (identify, whiten, track, compare, predict, calibrate, convert, simulate, experiment, export, demo):
+for command in (
+    identify,
+    whiten,
+    track,
+    compare,
+    predict,
+    calibrate,
+    convert,
+    simulate,
+    experiment,
+    export,
+    demo,
+):
     cli.add_command(command)
 
 

@@ -50,6 +50,23 @@ class Name(Parameter):
         return registry.attitude_names() if self.kind == "attitude" else registry.height_names()
 
 
+class Numbers(Parameter):
+    """Numbers with commas between them."""
+
+    name = "numbers"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return a tuple of floats."""
+        try:
+            return tuple(float(number) for number in value.split(","))
+        except ValueError:
+            self.fail(f"{value!r} is no list of numbers such as 0,3.2,6.4", param, ctx)
+
+
+SECONDS = click.FloatRange(min=0)
+METRES = click.FloatRange(min=0, min_open=True)
+
+
 @click.command(short_help="Estimate height and vertical velocity.")
 @recordings_argument
 @click.option("--noise", "noise_file", metavar="N.json", help="Noise model that `baroarma identify` wrote.")
@@ -60,6 +77,15 @@ class Name(Parameter):
     "--conditioning",
     type=click.Choice(["none", "average", "average+whitening"]),
     help="Another conditioning of the altitude.",
+)
+@click.option("--smooth", is_flag=True, help="Let each row know what came after it (coloured-kalman).")
+@click.option("--smooth-lag", type=SECONDS, help="... up to so many seconds after it; implies --smooth.")
+@click.option("--level-prior-sd", type=METRES, help="The height wanders about the start by so many metres.")
+@click.option(
+    "--floors", type=Numbers(), metavar="M,M,...", help="Heights of known floors above the start, m."
+)
+@click.option(
+    "--barometer-lag", type=SECONDS, help="Time constant of the barometer's own low-pass filter, s."
 )
 @click.option("--out", type=OutputFile(), help="Write the track here; default: CSV to stdout.")
 @json_option
@@ -73,6 +99,11 @@ def track(
     attitude: str | None,
     height: str | None,
     conditioning: str | None,
+    smooth: bool,
+    smooth_lag: float | None,
+    level_prior_sd: float | None,
+    floors: tuple[float, ...] | None,
+    barometer_lag: float | None,
     out: str | None,
     as_json: bool,
 ) -> None:
@@ -85,12 +116,20 @@ def track(
     from baroarma.tracker import Tracker
 
     noise = load_noise(noise_file)
-    tracker = Tracker(noise=noise, preset=preset, attitude=attitude, height=height, conditioning=conditioning)
+    known = {"level_prior_sd": level_prior_sd, "floors": floors, "barometer_lag": barometer_lag}
+    tracker = Tracker(
+        noise=noise,
+        preset=preset,
+        attitude=attitude,
+        height=height,
+        conditioning=conditioning,
+        height_settings={name: value for name, value in known.items() if value is not None},
+    )
     if files == ("-",):
-        if out or as_json or mapping or start is not None or stop is not None:
+        if out or as_json or mapping or smooth or smooth_lag or start is not None or stop is not None:
             raise click.UsageError(
                 "with - rows are answered on stdout as CSV as they come; leave out --out, --json, --map, "
-                "--start and --stop"
+                "--smooth, --start and --stop"
             )
         _live(tracker)
         return
@@ -101,7 +140,10 @@ def track(
             f"track takes one recording at a time, but these are {len(recordings)}: {names}"
         )
     try:
-        found = tracker.run(recordings[0])
+        if smooth or smooth_lag is not None:
+            found = tracker.smooth(recordings[0], lag=math.inf if smooth_lag is None else smooth_lag)
+        else:
+            found = tracker.run(recordings[0])
     except ValueError as error:
         raise Refusal(str(error)) from error
     for finding in found.findings:

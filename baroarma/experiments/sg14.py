@@ -97,7 +97,9 @@ def measure_circle(trial: Trial) -> Measured:
 def crouch(trial: Trial, count: int = 1) -> Recording:
     """Simulate squats."""
     rng = trial.rng("squat", str(count))
-    return simulate("squat", duration=15.0 + 4 * count, count=count, device=SENSORS["SG14"], seed=rng)
+    return simulate(
+        "squat", duration=15.0 + 4 * count, count=count, pause=0.0, device=SENSORS["SG14"], seed=rng
+    )
 
 
 def measure_squat(trial: Trial) -> Measured:

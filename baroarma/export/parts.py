@@ -191,10 +191,10 @@ CONDITIONINGS: Final[Mapping[str, Part]] = {
 }
 """Conditionings that have one."""
 HEIGHTS: Final[Mapping[str, Part]] = {
-    "complementary": Part(("decay", "drive", "complementary"), _complementary, _complementary_lacks),
-    "kalman": Part(("drive", "kalman", "linear"), _kalman),
+    "complementary": Part(("decay", "climb", "drive", "complementary"), _complementary, _complementary_lacks),
+    "kalman": Part(("climb", "drive", "kalman", "linear"), _kalman),
     "coloured-kalman": Part(
-        ("decay", "drive", "coloured_kalman", "linear"), _coloured_kalman, _coloured_kalman_lacks
+        ("decay", "climb", "drive", "coloured_kalman", "linear"), _coloured_kalman, _coloured_kalman_lacks
     ),
 }
 """Height estimators that have one."""

@@ -23,14 +23,26 @@ FAST: Final = 1.0
 
 
 def squat(
-    t: Signal, *, depth: float = 0.60, period: float = 4.0, tilt: float = 0.4, count: int | None = None
+    t: Signal,
+    *,
+    depth: float = 0.60,
+    period: float = 4.0,
+    tilt: float = 0.4,
+    pause: float = 5.0,
+    count: int | None = None,
 ) -> Pose:
     """Squat with the device on the upper trunk [SG14, Sec. 2.3.4 and 3.4].
 
-    The depth of 0.60 m is printed; the period (s), the lean of the trunk `tilt` (rad), in step with the
-    depth, and the `count` of squats (default: until the end) are chosen by us.
+    The depth of 0.60 m is printed, as is the rest before and after each squat.  Chosen by us: the period (s),
+    to which a smooth start and end add `FAST` s, the lean of the trunk `tilt` (rad), in step with the depth,
+    how long one stands between two squats (`pause`, s; 0: one squat runs into the next), and the `count` of
+    squats (default: until the end).
     """
-    if count is None:
+    if pause:
+        times, local = folded(t, REST_BEFORE, period + FAST + pause)
+        local = local if count is None else np.where(times < count, local, 0.0)
+        time = running_for(local, REST_BEFORE, FAST, period)
+    elif count is None:
         time = running(t, REST_BEFORE, period)
     else:
         time = running_for(t, REST_BEFORE, period, count * period)

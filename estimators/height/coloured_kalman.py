@@ -136,7 +136,12 @@ class ColouredKalman(LinearHeight):
     ) -> None:
         if noise is None:
             raise ValueError(needs_noise("coloured-kalman"))
-        self.noise, self.bias_sd, self.bias_walk, self.offset_sd = noise, bias_sd or BIAS_SD, bias_walk, offset_sd
+        self.noise, self.bias_sd, self.bias_walk, self.offset_sd = (
+            noise,
+            bias_sd or BIAS_SD,
+            bias_walk,
+            offset_sd,
+        )
         self.barometer_lag, self.listens_to_rest = barometer_lag, confirm_rest
         self.level_prior_sd, self.level_prior_time = level_prior_sd, level_prior_time
         self._given = acceleration_sd, bias_sd
@@ -217,7 +222,11 @@ class ColouredKalman(LinearHeight):
 
     def look_back(self, t: Signal, altitude: Signal, at_rest: NDArray[np.bool_], *, dt: float) -> None:
         """Learn the barometer's offset from the rest before the first row."""
-        t, altitude, at_rest = np.append(t, t[-1] + dt), np.append(altitude, np.nan), np.append(at_rest, at_rest[-1])
+        t, altitude, at_rest = (
+            np.append(t, t[-1] + dt),
+            np.append(altitude, np.nan),
+            np.append(at_rest, at_rest[-1]),
+        )
         self.run(t, altitude, np.zeros(len(t)), at_rest=at_rest)
         self._started = False
 

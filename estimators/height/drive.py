@@ -50,7 +50,15 @@ class Drive:
         inputs, change, at_rest = np.empty(n), np.empty(n), np.zeros(n, np.bool_)
         steps = self.zupt_steps if self.zupt_steps else -1
         self.last, self.quiet = _drive(
-            acceleration, self.last, self.quiet, self.midpoint, steps, self.zupt_threshold, inputs, change, at_rest
+            acceleration,
+            self.last,
+            self.quiet,
+            self.midpoint,
+            steps,
+            self.zupt_threshold,
+            inputs,
+            change,
+            at_rest,
         )
         return inputs, change, at_rest
 

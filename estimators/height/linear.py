@@ -173,7 +173,9 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         """
         if not lag >= 0:
             raise ValueError(f"the lag is a time in s, 0 or more, but it is {lag}")
-        return self._smooth(self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest, up), float(lag))
+        return self._smooth(
+            self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest, up), float(lag)
+        )
 
     def _filter(self, rows: Rows) -> HeightRun:
         """Take rows, and stand where the last one leads."""

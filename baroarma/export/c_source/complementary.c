@@ -17,7 +17,7 @@ static void height_start(baroarma_height *s, real accel_sd)
         for (j = 0; j < STATES; j++) s->P[i][j] = 0;
         s->P[i][i] = BAROARMA_INITIAL_VARIANCE[i];
     }
-    s->x[0] = s->x[1] = 0;
+    s->x[0] = s->x[1] = s->low = 0;
     s->sample = NO_SAMPLE;
     s->since = 0;
     s->unused = s->started = 0;
@@ -87,7 +87,7 @@ static void advance(baroarma_height *s, real dt, real a, real acceleration_varia
     }
     g_h = (K[0] + weight / 2 * K[1]) * weight;
     g_v = K[1] * weight;
-    s->x[0] += dt * s->x[1] + g_h * residual + dt * dt / 2 * a;
+    climb(&s->x[0], &s->low, dt * s->x[1] + g_h * residual + dt * dt / 2 * a);
     s->x[1] += g_v * residual + dt * a;
     spread(s->P, g_h, g_v, dt, acceleration_variance);
 }

@@ -11,7 +11,7 @@ static void height_start(baroarma_height *s, real accel_sd)
         for (j = 0; j < STATES; j++) s->P[i][j] = 0;
         s->P[i][i] = BAROARMA_INITIAL_VARIANCE[i];
     }
-    s->doubted = s->jump = 0;
+    s->low = s->doubted = s->jump = 0;
     s->outliers = s->started = 0;
     drive_start(&s->drive);
     fill_model(s, 0);
@@ -27,12 +27,12 @@ static void height_predict(baroarma_height *s, real a, real variance)
     for (i = 0; i < STATES; i++) {
         for (k = 0; k < STATES; k++) {
             if (!(FABS(s->F[i][k]) > 0)) continue;
-            x[i] += s->F[i][k] * s->x[k];
+            if (i > 0 || k > 0) x[i] += s->F[i][k] * s->x[k];
             for (j = 0; j < STATES; j++) FP[i][j] += s->F[i][k] * s->P[k][j];
         }
     }
     for (i = 0; i < STATES; i++) {
-        s->x[i] = x[i];
+        if (i > 0) s->x[i] = x[i];
         for (j = 0; j < STATES; j++) s->P[i][j] = 0;
     }
     for (j = 0; j < STATES; j++) {
@@ -42,8 +42,9 @@ static void height_predict(baroarma_height *s, real a, real variance)
         }
     }
     for (i = 0; i < STATES; i++) s->P[i][i] += s->wander[i];
+    climb(&s->x[0], &s->low, x[0] + B[0] * a);
+    s->x[1] += B[1] * a;
     for (i = 0; i < 2; i++) {
-        s->x[i] += B[i] * a;
         for (j = 0; j < 2; j++) s->P[i][j] += variance * B[i] * B[j];
     }
 }
@@ -70,9 +71,10 @@ static void absorb(baroarma_height *s, const real h[STATES], real y, real r, con
     int i, j, k;
     for (i = 0; i < STATES; i++) {
         gain[i] = Ph[i] / variance;
-        s->x[i] += gain[i] * y;
+        if (i > 0) s->x[i] += gain[i] * y;
         for (j = 0; j < STATES; j++) left[i][j] = (real)(i == j) - gain[i] * h[j];
     }
+    climb(&s->x[0], &s->low, gain[0] * y);
     for (i = 0; i < STATES; i++) {
         for (j = 0; j < STATES; j++) {
             LP[i][j] = 0;
