@@ -40,6 +40,9 @@ class Alignment:
         Mean modulus of the specific force, m/s² (an accelerometer's scale error included).
     accel_sd, gyro_sd : float
         White noise of one sample and axis, m/s² and rad/s; NaN: not known.
+    gravity_sd, gyro_bias_sd : float
+        How uncertain `gravity` and each axis of `gyro_bias` are, m/s² and rad/s: more than the noise says
+        where something sways; NaN: not known.
     """
 
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
@@ -47,6 +50,8 @@ class Alignment:
     gravity: float = STANDARD_GRAVITY
     accel_sd: float = float("nan")
     gyro_sd: float = float("nan")
+    gravity_sd: float = float("nan")
+    gyro_bias_sd: float = float("nan")
 
 
 class AttitudeState(NamedTuple):

@@ -19,6 +19,9 @@ from baroarma.estimators.base import Alignment
 ENOUGH: Final = 8
 """Samples from which a sd is told, to a quarter of it or so with three axes (chosen by us)."""
 
+PARTS: Final = 4
+"""Parts of the alignment whose means are compared (chosen by us)."""
+
 
 def align(t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, *, duration: float = 1.0) -> Alignment:
     """Average the rest at the start of a recording.
@@ -66,7 +69,17 @@ def align(t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, *, duration: float = 
         gravity=float(np.linalg.norm(force, axis=1).mean()),
         accel_sd=_sample_sd(force),
         gyro_sd=_sample_sd(rate),
+        gravity_sd=_mean_sd(np.linalg.norm(force, axis=1)[:, None]),
+        gyro_bias_sd=_mean_sd(rate),
     )
+
+
+def _mean_sd(rows: NDArray[np.float64]) -> float:
+    """Return the sd of the mean of each column, from how the means of parts differ, NaN if it can't be told."""
+    if len(rows) < ENOUGH:
+        return math.nan
+    means = np.array([part.mean(axis=0) for part in np.array_split(rows, PARTS)])
+    return float(np.sqrt(means.var(axis=0, ddof=1).mean() / PARTS))
 
 
 def _sample_sd(rows: NDArray[np.float64]) -> float:

@@ -53,6 +53,8 @@ GYRO_NOISE_SD: Final = math.radians(0.1)
 """Noise of one gyro sample where the alignment does not tell, rad/s."""
 ACCEL_NOISE_SD: Final = 0.04
 """Noise of one accelerometer sample where the alignment does not tell, m/s²."""
+BIAS_SD: Final = math.radians(0.05)
+"""What an alignment leaves of a gyro's bias beside its own uncertainty, rad/s."""
 INITIAL_VELOCITY_SD: Final = 0.1
 """Horizontal velocity at the end of the alignment, m/s: a hand at rest."""
 
@@ -94,8 +96,8 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
         acceleration are then right in time.
     tilt_sd : float
         Uncertainty of the alignment, rad.  Default 1°: 17 mg of accelerometer bias.
-    bias_sd : float
-        Uncertainty of the alignment's gyro bias, rad/s.  Default 0.05 °/s.
+    bias_sd : float, optional
+        Uncertainty of the alignment's gyro bias, rad/s.  Default: what the alignment says, and 0.05 °/s.
     scale_sd : float
         Error of the gyro's scale.  Default 0.01.  Larger: an unknown scale is learnt faster, but rides and
         swings are mistaken for it.
@@ -128,7 +130,7 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
         interval: float = 2.0,
         latency: float = 0.0,
         tilt_sd: float = math.radians(1.0),
-        bias_sd: float = math.radians(0.05),
+        bias_sd: float | None = None,
         scale_sd: float = 0.01,
     ) -> None:
         prior = {"interval": interval, "velocity_sd": velocity_sd, "velocity_time": velocity_time}
@@ -152,7 +154,7 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
             longest_hold=LONGEST_HOLD,
             unseen_walk=UNSEEN_WALK,
         )
-        self.initial_sd = np.repeat([tilt_sd, INITIAL_VELOCITY_SD, bias_sd, scale_sd], [2, 2, 3, 3])
+        self._initial = tilt_sd, bias_sd, scale_sd
         self.reset()
 
     def reset(self, alignment: Alignment | None = None) -> None:
@@ -163,6 +165,10 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
             accel_noise_sd=_first(self._chosen.accel_noise_sd, start.accel_sd, ACCEL_NOISE_SD),
             gravity=start.gravity,
         )
+        tilt_sd, bias_sd, scale_sd = self._initial
+        if bias_sd is None:
+            bias_sd = math.hypot(BIAS_SD, np.nan_to_num(start.gyro_bias_sd))
+        self.initial_sd = np.repeat([tilt_sd, INITIAL_VELOCITY_SD, bias_sd, scale_sd], [2, 2, 3, 3])
         self.q = np.empty(4)
         robust_kernels.fill_level(self.q, *start.up)
         self.estimate = np.array([0.0, 0.0, *start.gyro_bias, 0.0, 0.0, 0.0])

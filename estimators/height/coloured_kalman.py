@@ -45,8 +45,6 @@ BIAS_SD: Final = 0.03
 """Bias of an accelerometer where gravity tells no larger one, m/s² (chosen by us)."""
 LEFT_BIAS_SD: Final = 5e-3
 """What an alignment leaves of it, beside its noise, m/s² (chosen by us)."""
-ENOUGH: Final = 8
-"""Independent samples in an alignment that shakes (chosen by us)."""
 REST_ODDS: Final = math.log(9.0)
 """Nine of ten periods without a felt motion are rests (chosen by us)."""
 CRUISE_SD: Final = 1.0
@@ -213,7 +211,7 @@ class ColouredKalman(LinearHeight):
             self.acceleration_sd = self._given[0] or alignment.accel_sd
             excess = alignment.gravity - STANDARD_GRAVITY
             self.bias_sd = self._given[1] or math.hypot(BIAS_SD, excess)
-            self._aligned_sd = math.hypot(alignment.accel_sd / math.sqrt(ENOUGH), LEFT_BIAS_SD)
+            self._aligned_sd = math.hypot(alignment.gravity_sd, LEFT_BIAS_SD)
             self.Q = self.process_noise(self.dt)
         self.evidence = 0.0
         self._anchor = np.array([*(alignment or Alignment()).up, 0.0])
