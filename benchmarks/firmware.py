@@ -1,4 +1,4 @@
-"""What exported firmware costs and how near it is: `python benchmarks/firmware.py` prints the tables of the docs.
+"""What exported firmware costs, and how near to Python it is: `python benchmarks/firmware.py [FOLDER]`.
 
 Needs gcc; valgrind for instructions, arm-none-eabi-gcc with newlib for flash and RAM of Cortex-M.  FOLDER
 holds real recordings (default: ../shared/data beside the project); without it they are left out.

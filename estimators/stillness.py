@@ -141,7 +141,7 @@ def _run(
                 samples = 0.0
             else:
                 share = dt[k] / (SHORT_MEAN + dt[k])
-                part = dt[k] / min(max(age, dt[k]), LONGEST_MEAN)
+                part = dt[k] / min(age, LONGEST_MEAN) if age > 0.0 else 0.0
                 for i in range(3):
                     force[i] += share * (f[i] - force[i])
                     rate[i] += share * (w[i] - bias[i] - rate[i])

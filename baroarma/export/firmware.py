@@ -20,7 +20,7 @@ from typing import Any, Final, Literal
 
 from baroarma.atmosphere import EXPONENT, SCALE_HEIGHT, SEA_LEVEL_PRESSURE, STANDARD_GRAVITY
 from baroarma.atomic import replacing
-from baroarma.estimators.attitude.alignment import ENOUGH
+from baroarma.estimators.attitude.alignment import ENOUGH, PARTS
 from baroarma.estimators.attitude.kernels import LONGEST_HOLD
 from baroarma.estimators.base import UNSEEN_WALK
 from baroarma.estimators.conditioning import Conditioner, conditioner_of
@@ -29,7 +29,7 @@ from baroarma.export.golden import golden_header
 from baroarma.export.parts import ATTITUDES, CONDITIONINGS, HEIGHTS, Numbers, Part
 from baroarma.noise_model import NoiseModel
 from baroarma.presets import PRESETS, Preset
-from baroarma.tracker import ALIGNMENT, Tracker
+from baroarma.tracker import Tracker
 
 Real = Literal["float", "double"]
 RATES: Final = (4.0, 2000.0)
@@ -188,7 +188,8 @@ def _parts(preset: Preset) -> tuple[Part, Part, Part]:
 def _chain_numbers(preset: Preset) -> Numbers:
     """Return what `tracker.c` reads."""
     return (
-        Number("ALIGNMENT", ALIGNMENT - _CLOCK, "rest at the start, s"),
+        Number("CLOCK", _CLOCK, "rounding of a clock, s"),
+        Number("PARTS", PARTS, "of the alignment's second, whose means tell how sure its mean is"),
         Number("LEAST_GRAVITY", STANDARD_GRAVITY / 2, "a mean specific force below is no rest, m/s²"),
         Number("ENOUGH_SAMPLES", ENOUGH, "fewer don't tell a sensor's noise"),
         Number(

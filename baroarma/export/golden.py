@@ -1,6 +1,7 @@
 """Golden vectors: a short ride that Python tracked, for the exported firmware to repeat.
 
-A second of rest and three of a squat, with samples left out.  Inputs are decimals of seven digits, so that C
+A second of rest for the alignment, half of one more, and three on a circle that is faster than an attitude
+filter likes, with samples left out.  Inputs are decimals of seven digits, so that C
 reads the very numbers that Python saw; a float rounds them as it rounds its sensor.
 """
 
@@ -19,7 +20,7 @@ from baroarma.tracker import ALIGNMENT, Tracker
 Signal = NDArray[np.float64]
 TOLERANCES: Final = {"float": 2e-3, "double": 1e-9}
 """How far C may be from Python, m and m/s: floats are good to 2 mm, doubles to rounding."""
-_START, _LENGTH = 4.0, 4.0  # s: a second before the motion begins
+_START, _LENGTH = 3.5, 4.5  # s: of a motion that begins after 5
 
 
 def golden_header(tracker: Tracker, rate_hz: float) -> str:
@@ -64,7 +65,7 @@ def golden_ride(rate_hz: float) -> Recording:
     """Return the ride at a rate in Hz: the alignment complete, afterwards a few samples missing."""
     from baroarma.simulation import simulate
 
-    whole = simulate("squat", duration=_START + _LENGTH, rate_hz=rate_hz, seed=1)
+    whole = simulate("circle", duration=_START + _LENGTH, rate_hz=rate_hz, frequency_hz=1.0, seed=1)
     ride = whole.rows(slice(round(_START * rate_hz), None))
     assert ride.accel is not None
     assert ride.gyro is not None

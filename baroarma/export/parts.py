@@ -3,19 +3,22 @@
 A part is a few files of `c_source`, in order, and the constants that they read, taken from the estimator
 object itself.  Every attitude is a structure ``baroarma_attitude`` with the functions
 
-    attitude_start(s, up, gyro_bias, gravity)      attitude_step(s, dt, accel, gyro) -> vertical acceleration,
+    attitude_start(s, rest)      attitude_step(s, dt, accel, gyro) -> vertical acceleration,
 
 every conditioning a ``baroarma_conditioning`` with ``conditioning_start(s)``, ``conditioning_step(s, z)`` and
 ``conditioning_shift(s, zero)``, every height a ``baroarma_height`` with the state ``x`` and its covariance
 ``P``, height and velocity first, and
 
-    height_start(s)      height_step(s, dt, altitude, acceleration, acceleration_sd).
+    height_start(s, rest)      height_step(s, dt, altitude, acceleration, acceleration_sd),
+
+where ``rest`` is what the alignment has told.
 
 A new estimator is: its C, and its line in one of the tables below.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -24,7 +27,7 @@ import numpy as np
 
 from baroarma.estimators.attitude.kernels import LEVELLING_SD, LONGEST_HOLD
 from baroarma.estimators.conditioning import AVERAGE
-from baroarma.estimators.height.coloured_kalman import ENOUGH, LEFT_BIAS_SD
+from baroarma.estimators.height.coloured_kalman import LEFT_BIAS_SD
 from baroarma.estimators.height.complementary import LONGEST_WEIGHT
 from baroarma.export.c_text import Number
 
@@ -155,10 +158,7 @@ def _coloured_kalman(height: Any) -> Numbers:
     return (
         *_kalman(height),
         Number("SD_FROM_REST", height._given[0] is None, "1: the rest tells the acceleration's sd"),
-        Number("LEVELLED_OVER", ENOUGH, "samples that an alignment averages at least"),
-        Number("LEFT_BIAS_SD", LEFT_BIAS_SD, "what it leaves of the bias, m/s²"),
-        Number("OUTLIER_GATE", float(height._bank.rules.gate), "an altitude so many sds off is an outlier"),
-        Number("RECOVERY", float(height._bank.rules.recovery), "outliers that go on so long are believed, s"),
+        Number("LEFT_BIAS_SD", LEFT_BIAS_SD, "what an alignment leaves of the bias, m/s²"),
         Number("DECAY_RATE", [rate.get(name, 0.0) for name in names], "1/s"),
         Number("WALK_VARIANCE", [walks.get(name, 0.0) for name in names], "growth in a second"),
         Number("STATIONARY_VARIANCE", [variance.get(name, 0.0) for name in names], "of what decays"),
@@ -168,6 +168,8 @@ def _coloured_kalman(height: Any) -> Numbers:
 def _coloured_kalman_lacks(height: Any) -> str:
     if height.listens_to_rest:
         return "confirm_rest"
+    if height._bank.rules.gate < math.inf:
+        return "gate"
     if height.barometer_lag:
         return "barometer_lag"
     if height.level_prior_sd is not None:

@@ -19,6 +19,10 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+Vector = tuple[float, ...]
+fused = njit(cache=True, fastmath={"contract"}, error_model="numpy")
+"""Compile with a b + c in one rounding; nothing else that a NaN could notice."""
+inlined = njit(cache=True, fastmath={"contract"}, error_model="numpy", inline="always")
 
 LONGEST_HOLD: Final = 0.5
 """A missing gyro sample is replaced by the last one for so many seconds (chosen by us: about the time in
@@ -138,55 +142,6 @@ def take_rate(held: Array, gyro: Array, bias: Array) -> None:
 
 
 @njit(cache=True)
-def predict(x: Array, P: Array, F: Array, Q: Array, work: Array) -> None:
-    """Let x = F x and P = F P F' + Q, in place; zeros of F are skipped."""
-    n = len(x)
-    for i in range(n):
-        work[i, :] = 0.0
-        for k in range(n):
-            if F[i, k] != 0.0:
-                for j in range(n):
-                    work[i, j] += F[i, k] * P[k, j]
-    P[:, :] = Q
-    for j in range(n):
-        for k in range(n):
-            if F[j, k] != 0.0:
-                for i in range(n):
-                    P[i, j] += work[i, k] * F[j, k]
-    work[0, :] = x
-    for i in range(n):
-        x[i] = 0.0
-        for k in range(n):
-            x[i] += F[i, k] * work[0, k]
-
-
-@njit(cache=True)
-def update(x: Array, P: Array, h: Array, y: float, r: float, work: Array) -> None:
-    """Take one scalar measurement with innovation `y`, row `h` of H, variance `r`; Joseph form, in place."""
-    n = len(x)
-    gain, row = work[0], work[1]
-    s = r
-    for i in range(n):
-        row[i] = 0.0
-        for j in range(n):
-            row[i] += P[i, j] * h[j]
-        s += h[i] * row[i]
-    for i in range(n):
-        gain[i] = row[i] / s
-        x[i] += gain[i] * y
-    for i in range(n):  # (I - k h') P
-        for j in range(n):
-            P[i, j] -= gain[i] * row[j]
-    for i in range(n):  # ... (I - k h')' + k r k'
-        row[i] = -r * gain[i]
-        for j in range(n):
-            row[i] += P[i, j] * h[j]
-    for i in range(n):
-        for j in range(n):
-            P[i, j] -= row[i] * gain[j]
-
-
-@njit(cache=True)
 def normalise(v: Array) -> None:
     """Give the vector unit length, in place [SG14, Eq. 21]."""
     square = 0.0
@@ -208,9 +163,19 @@ def fill_up(up: Array, q: Array) -> None:
 @njit(cache=True)
 def fill_up_jacobian(J: Array, q: Array) -> None:
     """Write d up/d q, shape (3, 4): `fill_up` differentiated, SG14 Eq. 18 for g = (0, 0, -1)."""
-    J[0, 0], J[0, 1], J[0, 2], J[0, 3] = 2 * q[2], -2 * q[3], 2 * q[0], -2 * q[1]
-    J[1, 0], J[1, 1], J[1, 2], J[1, 3] = 2 * q[3], 2 * q[2], 2 * q[1], 2 * q[0]
-    J[2, 0], J[2, 1], J[2, 2], J[2, 3] = -4 * q[0], -4 * q[1], 0.0, 0.0
+    for c in range(3):
+        for i in range(4):
+            J[c, i] = up_gradient(q, c)[i]
+
+
+@njit(cache=True)
+def up_gradient(q: Vector, c: int) -> Vector:
+    """Return row c of d up/d q."""
+    if c == 0:
+        return 2 * q[2], -2 * q[3], 2 * q[0], -2 * q[1]
+    if c == 1:
+        return 2 * q[3], 2 * q[2], 2 * q[1], 2 * q[0]
+    return -4 * q[0], -4 * q[1], 0.0 * q[2], 0.0 * q[3]
 
 
 @njit(cache=True)
@@ -280,9 +245,26 @@ def fill_quaternion_noise(Q: Array, x: Array, P: Array, dt: float, s: EkfSetting
     Q[4, 4] = Q[5, 5] = Q[6, 6] = time * s.bias_walk_sd**2
 
 
-@njit(cache=True)
+class EkfBelief(NamedTuple):
+    """State (q, b) and covariance [[P_qq, P_qb], [P_qb', P_bb]] of `QuaternionEkf`, as numbers in registers.
+
+    Of the symmetric blocks there is the upper triangle, row after row.
+    """
+
+    q: Vector
+    b: Vector
+    P_qq: Vector
+    """4 x 4, ten numbers."""
+    P_qb: tuple[Vector, Vector, Vector]
+    """4 x 3, by columns."""
+    P_bb: Vector
+    """3 x 3, six numbers."""
+
+
+@fused
 def run_quaternion_ekf(
-    dt: Array,
+    t: Array,
+    before: float,
     accel: Array,
     gyro: Array,
     gyro_bias: Array,
@@ -295,40 +277,250 @@ def run_quaternion_ekf(
     vertical: Array,
     vertical_sd: Array,
 ) -> None:
-    """Run SG14's filter over all samples; x, P, held go on, the last three are filled."""
-    F, Q, work = np.zeros((7, 7)), np.zeros((7, 7)), np.zeros((7, 7))
-    J, h, predicted = np.zeros((3, 4)), np.zeros(7), np.zeros(7)
-    for k in range(len(dt)):
-        up, f = ups[k], accel[k]
-        lost = forget_rate(held, dt[k])
-        fill_quaternion_transition(F, held, dt[k], s.bias_decay)
-        fill_quaternion_noise(Q, x, P, dt[k], s)
-        predict(x, P, F, Q, work)
-        vertical[k] = vertical_sd[k] = math.nan
+    """Run SG14's filter over all samples, the first of which comes at t[0] - `before`.
+
+    x, P, held go on, the last three are filled.
+    """
+    belief = load_belief(x, P)
+    for k in range(len(t)):
+        dt = t[k] - before
+        before = t[k]
+        f, up = accel[k], ups[k]
+        lost = forget_rate(held, dt)
+        belief = predict_quaternion(belief, held, dt, s)
         new = is_sample(f)
         if new and lost:
+            store_belief(belief, x, P)
             level_quaternion(x, P, held, f, s.initial_quaternion_sd)
+            belief = load_belief(x, P)
         elif new:
-            fill_up(up, x)
-            fill_up_jacobian(J, x)
-            predicted[:] = x
-            for c in range(3):
-                y = f[c] - gravity * up[c] - predicted[4 + c]
-                if abs(y) > s.gate:
-                    continue
-                h[:] = 0.0
-                h[4 + c] = 1.0
-                y += predicted[4 + c] - x[4 + c]
-                for i in range(4):
-                    h[i] = gravity * J[c, i]
-                    y += h[i] * (predicted[i] - x[i])
-                update(x, P, h, y, s.accel_noise_sd**2, work)
-            normalise(x[:4])
-        fill_up(up, x)
+            fill_up(up, belief.q)
+            belief = correct_quaternion(belief, f, up, gravity, s)
+        fill_up(up, belief.q)
+        vertical[k] = vertical_sd[k] = math.nan
         if new:
-            fill_up_jacobian(J, x)
-            vertical[k], vertical_sd[k] = vertical_acceleration(f, up, J, P, gravity, s.accel_noise_sd)
+            vertical[k] = f[0] * up[0] + f[1] * up[1] + f[2] * up[2] - gravity
+            vertical_sd[k] = math.sqrt(max(lean_variance(belief, f, up) + s.accel_noise_sd**2, 0.0))
         take_rate(held, gyro[k], gyro_bias)
+    store_belief(belief, x, P)
+
+
+@inlined
+def predict_quaternion(belief: EkfBelief, held: Array, dt: float, s: EkfSettings) -> EkfBelief:
+    """Let x = F x and P = F P F' + Q, with F = [[F_q, 0], [0, exp(-alpha dt) I]] [SG14, Eqs. 2-12].
+
+    Block by block: F_q P_qq F_q' + Q_q, F_q P_qb exp(-alpha dt), P_bb exp(-2 alpha dt) + Q_b I.
+    """
+    q, P = belief.q, belief.P_qq
+    turn = half_turn(held, dt)
+    angle = (s.gyro_noise_sd * dt / 2) ** 2
+    trace = angle * (dot4(q, q) + (P[0] + P[4]) + (P[7] + P[9]))
+    N = plus_outer4(P, 1.0, q)  # Q_q = angle (trace(N) I - N), N = q q' + P_qq   [Eq. 12]
+    T = turned_covariance(P, turn)
+    P_qq = (
+        T[0] - angle * N[0] + trace,
+        T[1] - angle * N[1],
+        T[2] - angle * N[2],
+        T[3] - angle * N[3],
+        T[4] - angle * N[4] + trace,
+        T[5] - angle * N[5],
+        T[6] - angle * N[6],
+        T[7] - angle * N[7] + trace,
+        T[8] - angle * N[8],
+        T[9] - angle * N[9] + trace,
+    )
+    G = turned(belief.P_qb[0], turn), turned(belief.P_qb[1], turn), turned(belief.P_qb[2], turn)
+    b, B, keep, walk = belief.b, belief.P_bb, 1.0, dt
+    if s.bias_decay > 0:
+        keep, walk = math.exp(-s.bias_decay * dt), math.expm1(-2 * s.bias_decay * dt) / (-2 * s.bias_decay)
+        b = keep * b[0], keep * b[1], keep * b[2]
+        G = scaled4(keep, G[0]), scaled4(keep, G[1]), scaled4(keep, G[2])
+    k, w = keep * keep, walk * s.bias_walk_sd**2
+    P_bb = k * B[0] + w, k * B[1], k * B[2], k * B[3] + w, k * B[4], k * B[5] + w
+    return EkfBelief(turned(q, turn), b, P_qq, G, P_bb)
+
+
+@inlined
+def correct_quaternion(
+    belief: EkfBelief, f: Array, up: Array, gravity: float, s: EkfSettings
+) -> EkfBelief:
+    """Take the components of the specific force `f` within the gate, and give q unit length [Eqs. 17-21].
+
+    All are linearised about the predicted state, whose vertical is `up`: y_c = f_c - g up_c - b_c.
+    """
+    start = belief
+    for c in range(3):
+        y = f[c] - gravity * up[c] - start.b[c]
+        if abs(y) <= s.gate:
+            h = scaled4(gravity, up_gradient(start.q, c))
+            y += dot4(h, minus4(start.q, belief.q)) + (start.b[c] - belief.b[c])
+            belief = take_component(belief, c, h, y, s.accel_noise_sd**2)
+    unit = scaled4(1 / math.sqrt(dot4(belief.q, belief.q)), belief.q)
+    return EkfBelief(unit, belief.b, belief.P_qq, belief.P_qb, belief.P_bb)
+
+
+@inlined
+def take_component(belief: EkfBelief, c: int, h: Vector, y: float, r: float) -> EkfBelief:
+    """Take one scalar measurement with innovation `y` and variance `r`; its row of H is (h, e_c').
+
+    With m = P H' = (m_q, m_b) and s = H m + r: x = x + m y/s, P = P - m m'/s (Joseph's form, with m/s put in).
+    """
+    G, B = belief.P_qb, belief.P_bb
+    column = (B[0], B[1], B[2]) if c == 0 else ((B[1], B[3], B[4]) if c == 1 else (B[2], B[4], B[5]))
+    m = plus4(times4(belief.P_qq, h), 1.0, G[c])
+    n = dot4(G[0], h) + column[0], dot4(G[1], h) + column[1], dot4(G[2], h) + column[2]
+    share = 1 / (dot4(h, m) + n[c] + r)
+    k0, k1, k2 = share * n[0], share * n[1], share * n[2]
+    return EkfBelief(
+        plus4(belief.q, share * y, m),
+        (belief.b[0] + k0 * y, belief.b[1] + k1 * y, belief.b[2] + k2 * y),
+        plus_outer4(belief.P_qq, -share, m),
+        (plus4(G[0], -k0, m), plus4(G[1], -k1, m), plus4(G[2], -k2, m)),
+        (
+            B[0] - k0 * n[0],
+            B[1] - k0 * n[1],
+            B[2] - k0 * n[2],
+            B[3] - k1 * n[1],
+            B[4] - k1 * n[2],
+            B[5] - k2 * n[2],
+        ),
+    )
+
+
+@inlined
+def lean_variance(belief: EkfBelief, f: Array, up: Array) -> float:
+    """Return f_h' J P_qq J' f_h, as `vertical_acceleration` has it."""
+    along = f[0] * up[0] + f[1] * up[1] + f[2] * up[2]
+    lever = scaled4(f[0] - along * up[0], up_gradient(belief.q, 0))
+    lever = plus4(lever, f[1] - along * up[1], up_gradient(belief.q, 1))
+    lever = plus4(lever, f[2] - along * up[2], up_gradient(belief.q, 2))
+    return dot4(lever, times4(belief.P_qq, lever))
+
+
+@inlined
+def half_turn(held: Array, dt: float) -> Vector:
+    """Return (cos(|w| dt/2), w sin(|w| dt/2)/|w|): the turn in dt as a quaternion, scalar *first*.
+
+    Up to a quarter of a radian (29 turns... ) by the series in u = (|w| dt/2)², whose next term is below 1e-16.
+    """
+    p, q, r = held[0], held[1], held[2]
+    u = (p * p + q * q + r * r) * (dt * dt / 4)
+    if u < 1 / 16:
+        c = 1 - u / 2 * (1 - u / 12 * (1 - u / 30 * (1 - u / 56 * (1 - u / 90 * (1 - u / 132)))))
+        s = 1 - u / 6 * (1 - u / 20 * (1 - u / 42 * (1 - u / 72 * (1 - u / 110 * (1 - u / 156)))))
+    else:
+        c, s = math.cos(math.sqrt(u)), math.sin(math.sqrt(u)) / math.sqrt(u)
+    s *= dt / 2
+    return c, s * p, s * q, s * r
+
+
+@inlined
+def turned(v: Vector, turn: Vector) -> Vector:
+    """Return F_q v: `fill_quaternion_transition` without its zeros."""
+    c, p, q, r = turn
+    return (
+        c * v[0] + r * v[1] - q * v[2] + p * v[3],
+        c * v[1] - r * v[0] + p * v[2] + q * v[3],
+        c * v[2] + q * v[0] - p * v[1] + r * v[3],
+        c * v[3] - p * v[0] - q * v[1] - r * v[2],
+    )
+
+
+@inlined
+def turned_covariance(P: Vector, turn: Vector) -> Vector:
+    """Return F_q P F_q' for a symmetric P, 4 x 4: its columns turned, then the rows of that."""
+    a = turned((P[0], P[1], P[2], P[3]), turn)
+    b = turned((P[1], P[4], P[5], P[6]), turn)
+    c = turned((P[2], P[5], P[7], P[8]), turn)
+    d = turned((P[3], P[6], P[8], P[9]), turn)
+    e = turned((a[0], b[0], c[0], d[0]), turn)
+    f = turned((a[1], b[1], c[1], d[1]), turn)
+    g = turned((a[2], b[2], c[2], d[2]), turn)
+    h = turned((a[3], b[3], c[3], d[3]), turn)
+    return e[0], e[1], e[2], e[3], f[1], f[2], f[3], g[2], g[3], h[3]
+
+
+@inlined
+def times4(P: Vector, v: Vector) -> Vector:
+    """Return P v for a symmetric P, 4 x 4."""
+    return (
+        P[0] * v[0] + P[1] * v[1] + P[2] * v[2] + P[3] * v[3],
+        P[1] * v[0] + P[4] * v[1] + P[5] * v[2] + P[6] * v[3],
+        P[2] * v[0] + P[5] * v[1] + P[7] * v[2] + P[8] * v[3],
+        P[3] * v[0] + P[6] * v[1] + P[8] * v[2] + P[9] * v[3],
+    )
+
+
+@inlined
+def plus_outer4(P: Vector, a: float, v: Vector) -> Vector:
+    """Return P + a v v' for a symmetric P, 4 x 4."""
+    a0, a1, a2, a3 = a * v[0], a * v[1], a * v[2], a * v[3]
+    return (
+        P[0] + a0 * v[0],
+        P[1] + a0 * v[1],
+        P[2] + a0 * v[2],
+        P[3] + a0 * v[3],
+        P[4] + a1 * v[1],
+        P[5] + a1 * v[2],
+        P[6] + a1 * v[3],
+        P[7] + a2 * v[2],
+        P[8] + a2 * v[3],
+        P[9] + a3 * v[3],
+    )
+
+
+@inlined
+def dot4(v: Vector, w: Vector) -> float:
+    return (v[0] * w[0] + v[1] * w[1]) + (v[2] * w[2] + v[3] * w[3])
+
+
+@inlined
+def plus4(v: Vector, a: float, w: Vector) -> Vector:
+    return v[0] + a * w[0], v[1] + a * w[1], v[2] + a * w[2], v[3] + a * w[3]
+
+
+@inlined
+def minus4(v: Vector, w: Vector) -> Vector:
+    return v[0] - w[0], v[1] - w[1], v[2] - w[2], v[3] - w[3]
+
+
+@inlined
+def scaled4(a: float, v: Vector) -> Vector:
+    return a * v[0], a * v[1], a * v[2], a * v[3]
+
+
+@fused
+def load_belief(x: Array, P: Array) -> EkfBelief:
+    """Take the numbers out of x, (7,), and P, (7, 7)."""
+    return EkfBelief(
+        (x[0], x[1], x[2], x[3]),
+        (x[4], x[5], x[6]),
+        (P[0, 0], P[0, 1], P[0, 2], P[0, 3], P[1, 1], P[1, 2], P[1, 3], P[2, 2], P[2, 3], P[3, 3]),
+        (
+            (P[0, 4], P[1, 4], P[2, 4], P[3, 4]),
+            (P[0, 5], P[1, 5], P[2, 5], P[3, 5]),
+            (P[0, 6], P[1, 6], P[2, 6], P[3, 6]),
+        ),
+        (P[4, 4], P[4, 5], P[4, 6], P[5, 5], P[5, 6], P[6, 6]),
+    )
+
+
+@fused
+def store_belief(belief: EkfBelief, x: Array, P: Array) -> None:
+    """Put the numbers back into x and P."""
+    k = m = 0
+    for i in range(4):
+        x[i] = belief.q[i]
+        for j in range(i, 4):
+            P[i, j] = P[j, i] = belief.P_qq[k]
+            k += 1
+        for j in range(3):
+            P[i, 4 + j] = P[4 + j, i] = belief.P_qb[j][i]
+    for i in range(3):
+        x[4 + i] = belief.b[i]
+        for j in range(i, 3):
+            P[4 + i, 4 + j] = P[4 + j, 4 + i] = belief.P_bb[m]
+            m += 1
 
 
 @njit(cache=True)

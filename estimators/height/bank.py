@@ -19,6 +19,9 @@ A rest ends when the IMU says so, or when the velocity of the older `recent` doe
 Then this filter goes on, which rested until shortly before the start and has integrated it since; if the odds
 were negative, `free` does.
 
+A hand that rests still sways.  How fast it does is learnt from the older `recent`, too, and v = 0 holds within
+that much.
+
 An altitude that differs from the prediction by more than `gate` standard deviations is not taken, nor are
 altitudes that differ less but all one way, so that their sum over about half a second does: a door slams, a
 pressure steps.  If none was taken for `recovery` s, and three in a row, the height has really jumped: its
@@ -43,14 +46,24 @@ Signal = NDArray[np.float64]
 RESTED: Final = 0
 FREE: Final = 1
 FILTERS: Final = 4
-FLAGS: Final = 8
+FLAGS: Final = 11
 """Length of `Filters.memory`; its entries:"""
 _FORKED, _ODDS, _AGE, _SINCE, _OLDER, _ON_FLOOR, _FORK_ROW, _SILENCE = 0, 1, 2, 3, 4, 5, 6, 7
+_RENEWED: Final = 6  # ... 8 and 9: the rows at which filters 2 and 3 last began anew
+_SWAY: Final = 10  # variance of the velocity of what rests
 AT_REST: Final = 1
 REJECTED: Final = 2
 """Bits of a decision: v = 0 was taken; the altitude was not."""
 TOGETHER: Final = 0.5
 """Seconds over which innovations are summed (chosen by us)."""
+EXACT: Final = 1e-30
+"""Variance of a velocity that is known exactly, (m/s)²."""
+SWAY_TIME: Final = 5.0
+"""Time constant of the mean square of a resting hand's velocity, s (chosen by us)."""
+MOST_NEWS: Final = 2.0
+"""No single altitude may change the log-odds by more (chosen by us): one outlier proves nothing."""
+JUMP_ODDS: Final = 10.0
+"""What it costs a hypothesis, in log-odds, to need a jump (chosen by us)."""
 SURE: Final = 4.6
 """Log-odds of 100 to 1 (chosen by us), from which a floor is believed."""
 
@@ -71,7 +84,7 @@ class Rules(NamedTuple):
     memory: float
     """How long the IMU may take to notice a start, s."""
     sway: float
-    """Velocity of what shakes but stays, m/s."""
+    """Velocity of what shakes but stays, m/s, until it is known better."""
     onset: float
     """Standard deviations of velocity that are a start."""
     floors: Signal
@@ -137,6 +150,7 @@ class Bank:
             np.zeros((FILTERS, 4)),
             np.zeros(FLAGS),
         )
+        self._filters.memory[_SWAY] = rules.sway**2
 
     def run(self, rows: Rows, x: Signal, P: Signal, out: Signal) -> Decisions:
         """Take rows from the state x (m,), P (m, m) on, both changed in place; out as in `filter_rows`."""
@@ -169,8 +183,10 @@ def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out:
             if not flags[_FORKED]:
                 _fork(k, rows, rules, bank)
         if flags[_FORKED]:
-            update(bank.x[RESTED], bank.P[RESTED], rows.rest, rows.rest_variance, 0.0, gain, work)
-            _renew(rows.dt[k], rules, bank)
+            r = rows.rest_variance[k] + flags[_SWAY]
+            update(bank.x[RESTED], bank.P[RESTED], rows.rest, r, 0.0, gain, work)
+            _watch_sway(rows.dt[k], bank)
+            _renew(k, rows.dt[k], rules, bank)
         for i in range(_active(flags)):
             settle(k, rows, bank.x[i], bank.P[i], gain, work)
         _take_altitude(k, rows, rules, bank, decisions, gain, work)
@@ -180,10 +196,14 @@ def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out:
             decisions.floor[k] = _recognise_floor(rules, bank, gain, work)
         chosen = speaker(flags)
         report(k, bank.x[chosen], bank.P[chosen], out)
+        if flags[_FORKED] and chosen == RESTED:  # a start may have gone unnoticed for so long
+            out[3, k] = math.sqrt(bank.P[int(flags[_OLDER]), 1, 1])
     if flags[_FORKED]:
         if flags[_ODDS] >= 0.0:
-            _mark(int(flags[_FORK_ROW]), n, decisions)
+            _mark(flags, decisions)
         flags[_FORK_ROW] -= n
+        flags[_RENEWED + 2] -= n
+        flags[_RENEWED + 3] -= n
 
 
 @njit(cache=True)
@@ -210,7 +230,7 @@ def _fork(k: int, rows: Rows, rules: Rules, bank: Filters) -> None:
     for i in range(1, FILTERS):
         _copy(bank, 0, i)
     v, variance = bank.x[0, 1], bank.P[0, 1, 1]
-    still, riding = variance + rows.rest_variance, variance + rules.cruise_sd**2
+    still, riding = max(variance + rows.rest_variance[k], EXACT), variance + rules.cruise_sd**2
     odds = rules.prior_odds + 0.5 * (math.log(riding / still) + v * v * (1.0 / riding - 1.0 / still))
     flags = bank.memory
     flags[_FORKED], flags[_OLDER], flags[_FORK_ROW] = 1.0, 2.0, k
@@ -219,18 +239,31 @@ def _fork(k: int, rows: Rows, rules: Rules, bank: Filters) -> None:
 
 
 @njit(cache=True)
-def _renew(dt: float, rules: Rules, bank: Filters) -> None:
+def _renew(k: int, dt: float, rules: Rules, bank: Filters) -> None:
     """Let the older of the recent filters begin anew from the rested one, every `memory` s."""
     flags = bank.memory
     older = int(flags[_OLDER])
     if flags[_AGE] == 0.0:
         _copy(bank, RESTED, 5 - older)
         _copy(bank, RESTED, older)
+        flags[_RENEWED + 2] = flags[_RENEWED + 3] = k
     flags[_AGE] += dt
     flags[_SINCE] += dt
     if flags[_SINCE] >= rules.memory:
         _copy(bank, RESTED, older)
+        flags[_RENEWED + older] = k
         flags[_OLDER], flags[_SINCE] = 5 - older, 0.0
+
+
+@njit(cache=True)
+def _watch_sway(dt: float, bank: Filters) -> None:
+    """Learn how fast what rests still moves: what the older recent filter sees beyond its own variance."""
+    flags = bank.memory
+    older = int(flags[_OLDER])
+    if flags[_AGE] > 0.0 and flags[_ODDS] > 0.0:
+        usual = bank.P[older, 1, 1] + flags[_SWAY]
+        excess = min(bank.x[older, 1] ** 2, 4.0 * usual) - bank.P[older, 1, 1]  # a start is no sway
+        flags[_SWAY] = max(flags[_SWAY] + min(dt / SWAY_TIME, 1.0) * (excess - flags[_SWAY]), 0.0)
 
 
 @njit(cache=True)
@@ -238,7 +271,7 @@ def _starts(rules: Rules, bank: Filters) -> bool:
     """Return whether the velocity that has come up since shortly before is none of a rest."""
     flags = bank.memory
     older = int(flags[_OLDER])
-    v, variance = bank.x[older, 1], bank.P[older, 1, 1] + rules.sway**2
+    v, variance = bank.x[older, 1], bank.P[older, 1, 1] + max(flags[_SWAY], rules.sway**2)
     return flags[_ODDS] >= 0.0 and v * v > rules.onset**2 * variance
 
 
@@ -248,15 +281,17 @@ def _join(k: int, rows: Rows, bank: Filters, decisions: Decisions) -> None:
     flags = bank.memory
     if flags[_ODDS] >= 0.0:
         _copy(bank, int(flags[_OLDER]), 0)
-        _mark(int(flags[_FORK_ROW]), k, decisions)
+        _mark(flags, decisions)
     else:
         _copy(bank, FREE, 0)
     flags[_FORKED] = 0.0
 
 
 @njit(cache=True)
-def _mark(first: int, stop: int, decisions: Decisions) -> None:
-    for k in range(max(first, 0), stop):
+def _mark(flags: Signal, decisions: Decisions) -> None:
+    """Mark the rows of the rest, as far as the filter that goes on has taken it."""
+    stop = int(flags[_RENEWED + int(flags[_OLDER])])
+    for k in range(max(int(flags[_FORK_ROW]), 0), stop + 1):
         decisions.bits[k] |= AT_REST
 
 
@@ -278,6 +313,7 @@ def _take_altitude(
     where = rows.measurement[k]
     h, r = rows.H[where], rows.R[where]
     chosen = speaker(flags)
+    news = 0.0
     for i in range(active):
         x, P, doubt = bank.x[i], bank.P[i], bank.doubt[i]
         y, s = innovate(x, P, h, r, rows.z[k], gain)
@@ -286,9 +322,9 @@ def _take_altitude(
         off = y / math.sqrt(s)
         doubt[3] = share * doubt[3] + math.sqrt(1.0 - share * share) * min(max(off, -rules.gate), rules.gate)
         taken = abs(off) <= rules.gate and abs(doubt[3]) <= rules.gate
+        sign = 1.0 if i == RESTED else -1.0
         if i < 2 and active > 1:
-            sign = 1.0 if i == RESTED else -1.0
-            flags[_ODDS] -= sign * 0.5 * (min(off * off, rules.gate**2) + math.log(s))
+            news -= sign * 0.5 * (off * off + math.log(s))
         if i == chosen:
             decisions.innovation[k], decisions.innovation_sd[k] = off, math.sqrt(s)
             decisions.bits[k] |= 0 if taken else REJECTED
@@ -299,7 +335,10 @@ def _take_altitude(
         doubt[1] += 1.0
         if doubt[1] >= 3.0 and doubt[0] >= rules.recovery:
             doubt[0], doubt[1], doubt[2], doubt[3] = 0.0, 0.0, abs(y), 0.0
-    flags[_ODDS] = min(max(flags[_ODDS], -rules.longest_odds), rules.longest_odds)
+            if i < 2 and active > 1:
+                flags[_ODDS] -= sign * JUMP_ODDS
+    odds = flags[_ODDS] + min(max(news, -MOST_NEWS), MOST_NEWS)
+    flags[_ODDS] = min(max(odds, -rules.longest_odds), rules.longest_odds)
 
 
 @njit(cache=True)

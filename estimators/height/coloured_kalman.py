@@ -45,6 +45,10 @@ BIAS_SD: Final = 0.03
 """Bias of an accelerometer where gravity tells no larger one, m/s² (chosen by us)."""
 LEFT_BIAS_SD: Final = 5e-3
 """What an alignment leaves of it, beside its noise, m/s² (chosen by us)."""
+LEAST_REST_SD: Final = 1e-3
+"""Velocity of what rests, m/s, however quiet (chosen by us)."""
+SHAKING_TIME: Final = 0.05
+"""What shakes with 1 m/s² moves with so many m/s: 3 Hz (chosen by us)."""
 REST_ODDS: Final = math.log(9.0)
 """Nine of ten periods without a felt motion are rests (chosen by us)."""
 CRUISE_SD: Final = 1.0
@@ -98,6 +102,8 @@ class ColouredKalman(LinearHeight):
         Outliers that go on for so many seconds are believed: the height has jumped.
     unresolved : float
         Share of the change from one acceleration sample to the next that the midpoint may miss.
+    rest_sd : float, optional
+        Velocity of what rests, m/s; default: what the noise of the acceleration samples is over 1/20 s.
     **settings
         See `LinearHeight`; `midpoint` is on by default.
 
@@ -130,19 +136,20 @@ class ColouredKalman(LinearHeight):
         recovery: float = 2.0,
         unresolved: float = 0.1,
         midpoint: bool = True,
+        rest_sd: float | None = None,
         **settings: Any,
     ) -> None:
         if noise is None:
             raise ValueError(needs_noise("coloured-kalman"))
         self.noise, self.bias_sd, self.bias_walk, self.offset_sd = (
             noise,
-            bias_sd or BIAS_SD,
+            BIAS_SD if bias_sd is None else bias_sd,
             bias_walk,
             offset_sd,
         )
         self.barometer_lag, self.listens_to_rest = barometer_lag, confirm_rest
         self.level_prior_sd, self.level_prior_time = level_prior_sd, level_prior_time
-        self._given = acceleration_sd, bias_sd
+        self._given = acceleration_sd, bias_sd, rest_sd
         rules = Rules(
             gate=gate,
             recovery=recovery,
@@ -163,8 +170,9 @@ class ColouredKalman(LinearHeight):
         super().__init__(
             tuple(states),
             dt=dt,
-            acceleration_sd=acceleration_sd or ACCELERATION_SD,
+            acceleration_sd=ACCELERATION_SD if acceleration_sd is None else acceleration_sd,
             midpoint=midpoint,
+            rest_sd=rest_sd or LEAST_REST_SD,
             unresolved=unresolved,
             **settings,
         )
@@ -206,13 +214,16 @@ class ColouredKalman(LinearHeight):
 
     def reset(self, alignment: Alignment | None = None) -> None:
         """Start anew at height 0 and velocity 0, with the accelerometer noise that the alignment saw."""
-        self._aligned_sd = None
+        accel_sd, bias_sd, self._aligned_sd = ACCELERATION_SD, BIAS_SD, None
         if alignment is not None and math.isfinite(alignment.accel_sd):
-            self.acceleration_sd = self._given[0] or alignment.accel_sd
-            excess = alignment.gravity - STANDARD_GRAVITY
-            self.bias_sd = self._given[1] or math.hypot(BIAS_SD, excess)
+            accel_sd = alignment.accel_sd
+            bias_sd = math.hypot(BIAS_SD, alignment.gravity - STANDARD_GRAVITY)
             self._aligned_sd = math.hypot(alignment.gravity_sd, LEFT_BIAS_SD)
-            self.Q = self.process_noise(self.dt)
+        self.acceleration_sd, self.bias_sd = (
+            usual if given is None else given
+            for given, usual in zip(self._given[:2], (accel_sd, bias_sd), strict=True)
+        )
+        self.Q = self.process_noise(self.dt)
         self.evidence = 0.0
         self._anchor = np.array([*(alignment or Alignment()).up, 0.0])
         self._bank = Bank(self._bank.rules, self.dim_x)
@@ -265,6 +276,9 @@ class ColouredKalman(LinearHeight):
         if (up := samples[-1]) is not None:
             _turn(np.asarray(up, float), rows.at_rest, self._anchor, rows.turned)
             rows.turned[:] *= self.bias_sd**2
+        if self._given[2] is None:
+            shaken = SHAKING_TIME**2 * rows.acceleration_variance
+            rows = rows._replace(rest_variance=np.maximum(shaken, LEAST_REST_SD**2))
         if not self.listens_to_rest:
             rows = rows._replace(at_rest=np.zeros(len(steps), np.bool_))
         if self.level_prior_sd is None:

@@ -58,8 +58,8 @@ class Rows(NamedTuple):
     """Whether the velocity is known to be 0, (n,)."""
     rest: Signal
     """The measurement matrix of the velocity, (m,)."""
-    rest_variance: float
-    """Variance of 'v = 0'."""
+    rest_variance: Signal
+    """Variance of 'v = 0', (n,)."""
     level: Signal
     """Known height, m, (n,); NaN: none."""
     level_variance: Signal
@@ -200,7 +200,7 @@ def row(k: int, rows: Rows, x: Signal, P: Signal, gain: Signal, work: Signal) ->
     """Take row k."""
     advance(k, rows, rows.jump[k], x, P, work)
     if rows.at_rest[k]:
-        update(x, P, rows.rest, rows.rest_variance, 0.0, gain, work)
+        update(x, P, rows.rest, rows.rest_variance[k], 0.0, gain, work)
     settle(k, rows, x, P, gain, work)
     if not math.isnan(rows.z[k]):
         i = rows.measurement[k]

@@ -215,7 +215,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         none = np.full(n, np.nan)
         # fmt: off
         return Rows(F, np.ascontiguousarray(B[..., 0]), Q, transition, H, R, measurement, z,
-                    np.nan_to_num(steps), u, sd**2 + missed**2, rest, self._rest(), float(self.rest_sd**2),
+                    np.nan_to_num(steps), u, sd**2 + missed**2, rest, self._rest(), np.full(n, self.rest_sd**2),
                     none, none, np.zeros(n), np.zeros(n))
         # fmt: on
 

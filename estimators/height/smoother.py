@@ -86,7 +86,7 @@ def _back(
     advance(k, rows, rows.jump[k], x, P, work)
     y_rest, s_rest = 0.0, 1.0
     if rows.at_rest[k]:
-        y_rest, s_rest = update(x, P, rows.rest, rows.rest_variance, 0.0, gains[0], work)
+        y_rest, s_rest = update(x, P, rows.rest, rows.rest_variance[k], 0.0, gains[0], work)
     y_level, s_level = settle(k, rows, x, P, gains[1], work)
     if not math.isnan(rows.z[k]):
         i = rows.measurement[k]
@@ -115,6 +115,8 @@ def _absorb(
     turn: Signal,
     work: Signal,
 ) -> None:
+    if s <= 0.0:  # known exactly before: the filter took nothing from it
+        return
     m = len(h)
     for i in range(m):
         for j in range(m):

@@ -40,7 +40,20 @@ typedef struct {
 
 /* What the parts remember; nothing in here is for the user. */
 
+typedef struct {
+    baroarma_real up[3];                   /* unit vector in body axes that points up */
+    baroarma_real gyro_bias[3];            /* rad/s */
+    baroarma_real gravity;                 /* mean modulus of the specific force, m/s^2 */
+    baroarma_real accel_sd, gyro_sd;       /* of one sample and axis, m/s^2 and rad/s; NaN: not known */
+    baroarma_real gravity_sd, gyro_bias_sd; /* of these two; NaN: not known */
+} baroarma_rest;
+
 @types@
+typedef struct {
+    int forces, rates;               /* new samples */
+    baroarma_real modulus, rate[3];  /* their means, m/s^2 and rad/s */
+} baroarma_part;
+
 typedef struct {
     int samples;                             /* 0 before the first call */
     baroarma_real elapsed, elapsed_low;      /* time since the first call in two parts, s */
@@ -48,6 +61,7 @@ typedef struct {
     baroarma_real force[3], rate[3];         /* their means, m/s^2 and rad/s */
     baroarma_real force_spread, rate_spread; /* sums of their squared differences from these, all axes */
     baroarma_real modulus, altitude;         /* m/s^2 and m */
+    baroarma_part parts[BAROARMA_PARTS];     /* the second in parts, whose means tell how sure the whole's is */
 } baroarma_alignment;
 
 typedef struct {

@@ -21,26 +21,10 @@ static void fill_model(baroarma_height *s, real dt)
 }
 
 /* Acceleration's noise and bias are what the rest at the start tells, if it tells them. */
-static void start_model(baroarma_height *s, real accel_sd)
+static void start_model(baroarma_height *s, const baroarma_rest *rest)
 {
     s->acceleration_sd = BAROARMA_ACCELERATION_SD;
-    if (isnan(accel_sd)) return;
-    if (BAROARMA_SD_FROM_REST) s->acceleration_sd = accel_sd;
-    s->P[2][2] = square(accel_sd) / BAROARMA_LEVELLED_OVER + square(BAROARMA_LEFT_BIAS_SD);
-}
-
-/* Whether to take this altitude.  Outliers that go on are a jump of the height: it will be allowed for. */
-static int believes(baroarma_height *s, real innovation, real variance)
-{
-    if (square(innovation) / variance <= square(BAROARMA_OUTLIER_GATE)) {
-        s->doubted = 0;
-        s->outliers = 0;
-        return 1;
-    }
-    if (++s->outliers >= 3 && s->doubted >= BAROARMA_RECOVERY) {
-        s->doubted = 0;
-        s->outliers = 0;
-        s->jump = FABS(innovation);
-    }
-    return 0;
+    if (isnan(rest->accel_sd)) return;
+    if (BAROARMA_SD_FROM_REST) s->acceleration_sd = rest->accel_sd;
+    s->P[2][2] = square(rest->gravity_sd) + square(BAROARMA_LEFT_BIAS_SD);
 }

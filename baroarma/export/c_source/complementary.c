@@ -9,10 +9,10 @@
 #define STATES 5
 
 /* The gains are constants: the noise at rest has no effect. */
-static void height_start(baroarma_height *s, real accel_sd)
+static void height_start(baroarma_height *s, const baroarma_rest *rest)
 {
     int i, j;
-    (void)accel_sd;
+    (void)rest;
     for (i = 0; i < STATES; i++) {
         for (j = 0; j < STATES; j++) s->P[i][j] = 0;
         s->P[i][i] = BAROARMA_INITIAL_VARIANCE[i];

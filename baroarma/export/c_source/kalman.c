@@ -13,17 +13,8 @@ static void fill_model(baroarma_height *s, real dt)
 }
 
 /* The noise is what the settings say, whatever the rest at the start looked like. */
-static void start_model(baroarma_height *s, real accel_sd)
+static void start_model(baroarma_height *s, const baroarma_rest *rest)
 {
-    (void)accel_sd;
+    (void)rest;
     s->acceleration_sd = BAROARMA_ACCELERATION_SD;
-}
-
-/* Every altitude is believed. */
-static int believes(baroarma_height *s, real innovation, real variance)
-{
-    (void)s;
-    (void)innovation;
-    (void)variance;
-    return 1;
 }

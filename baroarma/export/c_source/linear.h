@@ -6,8 +6,7 @@ typedef struct {
     baroarma_real F[BAROARMA_STATES][BAROARMA_STATES];   /* transition */
     baroarma_real wander[BAROARMA_STATES];               /* process noise without the acceleration's: diagonal */
     baroarma_real acceleration_sd;                       /* of one acceleration sample, m/s^2 */
-    baroarma_real doubted, jump;                         /* time of outliers, s; jump to be allowed, m */
-    int outliers, started;                               /* outliers in a row */
+    int started;
     baroarma_drive drive;
 } baroarma_height;
 

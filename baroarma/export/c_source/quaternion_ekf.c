@@ -58,7 +58,7 @@ static void fill_turn_covariance(real P[7][7], const real q[4], real variance)
     }
 }
 
-static void attitude_start(baroarma_attitude *s, const real up[3], const real gyro_bias[3], real gravity)
+static void attitude_start(baroarma_attitude *s, const baroarma_rest *rest)
 {
     int i, j;
     for (i = 0; i < 7; i++) {
@@ -66,10 +66,10 @@ static void attitude_start(baroarma_attitude *s, const real up[3], const real gy
         for (j = 0; j < 7; j++) s->P[i][j] = 0;
         s->P[i][i] = square(BAROARMA_INITIAL_BIAS_SD);
     }
-    fill_level(s->x, up);
+    fill_level(s->x, rest->up);
     fill_turn_covariance(s->P, s->x, square(BAROARMA_INITIAL_QUATERNION_SD));
-    s->gravity = gravity;
-    hold_nothing(&s->held, gyro_bias);
+    s->gravity = rest->gravity;
+    hold_nothing(&s->held, rest->gyro_bias);
 }
 
 static void fill_transition(real F[7][7], const real rate[3], real dt)

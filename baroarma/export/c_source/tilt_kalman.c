@@ -38,16 +38,16 @@ static void fill_turn(real Q[3][3], const real Z[3], real variance)
     }
 }
 
-static void attitude_start(baroarma_attitude *s, const real up[3], const real gyro_bias[3], real gravity)
+static void attitude_start(baroarma_attitude *s, const baroarma_rest *rest)
 {
     int i;
     for (i = 0; i < 3; i++) {
-        s->up[i] = up[i];
+        s->up[i] = rest->up[i];
         s->external[i] = 0;
     }
-    fill_turn(s->P, up, square(BAROARMA_INITIAL_TILT_SD));
-    s->gravity = gravity;
-    hold_nothing(&s->held, gyro_bias);
+    fill_turn(s->P, s->up, square(BAROARMA_INITIAL_TILT_SD));
+    s->gravity = rest->gravity;
+    hold_nothing(&s->held, rest->gyro_bias);
 }
 
 /* After a long gap of the gyro the specific force gives the tilt anew; free fall has no vertical. */

@@ -21,10 +21,8 @@ static real altitude_of(baroarma_state *state, real pressure)
 
 static void alignment_start(baroarma_alignment *s)
 {
-    int i;
-    s->samples = s->forces = s->rates = s->altitudes = 0;
-    s->elapsed = s->elapsed_low = s->modulus = s->altitude = s->force_spread = s->rate_spread = 0;
-    for (i = 0; i < 3; i++) s->force[i] = s->rate[i] = 0;
+    const baroarma_alignment nothing = {0};
+    *s = nothing;
 }
 
 /* Sum up time; the second number keeps what a float of about 1 s is too coarse for. */
@@ -35,17 +33,49 @@ static void alignment_wait(baroarma_alignment *s, real dt)
     s->elapsed = sum;
 }
 
-/* Mean and spread of what has come so far. */
-static void take_mean(real mean[3], real *spread, int *count, const real v[3])
+static void take_mean(real *mean, int count, real value)
+{
+    *mean += (value - *mean) / (real)count;
+}
+
+/* Mean and spread of the vectors so far. */
+static void take_spread(real mean[3], real *spread, int count, const real v[3])
 {
     int i;
-    if (!is_sample(v)) return;
-    ++*count;
     for (i = 0; i < 3; i++) {
         const real off = v[i] - mean[i];
-        mean[i] += off / (real)*count;
+        take_mean(&mean[i], count, v[i]);
         *spread += off * (v[i] - mean[i]);
     }
+}
+
+static void align_force(baroarma_alignment *s, baroarma_part *part, const real accel[3])
+{
+    const real modulus = SQRT(dot(accel, accel));
+    take_spread(s->force, &s->force_spread, ++s->forces, accel);
+    take_mean(&s->modulus, s->forces, modulus);
+    take_mean(&part->modulus, ++part->forces, modulus);
+}
+
+static void align_rate(baroarma_alignment *s, baroarma_part *part, const real gyro[3])
+{
+    int i;
+    take_spread(s->rate, &s->rate_spread, ++s->rates, gyro);
+    part->rates++;
+    for (i = 0; i < 3; i++) take_mean(&part->rate[i], part->rates, gyro[i]);
+}
+
+static void align(baroarma_state *state, const real accel[3], const real gyro[3], real altitude)
+{
+    baroarma_alignment *s = &state->alignment;
+    const int now = (int)((s->elapsed + BAROARMA_CLOCK) * BAROARMA_PARTS);
+    baroarma_part *part = &s->parts[now < BAROARMA_PARTS ? now : BAROARMA_PARTS - 1];
+    s->samples++;
+    if (is_sample(accel)) align_force(s, part, accel);
+    if (is_sample(gyro)) align_rate(s, part, gyro);
+    if (isnan(altitude)) return;
+    take_mean(&s->altitude, ++s->altitudes, altitude);
+    conditioning_step(&state->conditioning, altitude);
 }
 
 /* The sd of one sample and axis; NaN where too few tell it. */
@@ -54,32 +84,72 @@ static real sample_sd(real spread, int count)
     return count < BAROARMA_ENOUGH_SAMPLES ? NO_SAMPLE : SQRT(spread / (real)(3 * (count - 1)));
 }
 
-static void align(baroarma_state *state, const real accel[3], const real gyro[3], real altitude)
+/* The sd of the mean of the second, from how the means of its parts differ; n is how many parts there are. */
+static real mean_sd(const real *means, int n)
 {
-    baroarma_alignment *s = &state->alignment;
-    s->samples++;
-    take_mean(s->force, &s->force_spread, &s->forces, accel);
-    take_mean(s->rate, &s->rate_spread, &s->rates, gyro);
-    if (is_sample(accel)) s->modulus += (SQRT(dot(accel, accel)) - s->modulus) / (real)s->forces;
-    if (isnan(altitude)) return;
-    s->altitudes++;
-    s->altitude += (altitude - s->altitude) / (real)s->altitudes;
-    conditioning_step(&state->conditioning, altitude);
+    real mean = 0, spread = 0;
+    int i;
+    for (i = 0; i < n; i++) {
+        const real off = means[i] - mean;
+        take_mean(&mean, i + 1, means[i]);
+        spread += off * (means[i] - mean);
+    }
+    return n < 2 ? NO_SAMPLE : SQRT(spread / (real)(n - 1) / (real)n);
 }
 
-/* Start the estimators; 0 if the alignment saw no IMU or no gravity. */
-static int align_end(baroarma_state *state)
+static real gravity_sd(const baroarma_alignment *s)
 {
-    const baroarma_alignment *s = &state->alignment;
+    real means[BAROARMA_PARTS];
+    int i, n = 0;
+    for (i = 0; i < BAROARMA_PARTS; i++) {
+        if (s->parts[i].forces > 0) means[n++] = s->parts[i].modulus;
+    }
+    return s->forces < BAROARMA_ENOUGH_SAMPLES ? NO_SAMPLE : mean_sd(means, n);
+}
+
+/* The root mean square over the three axes. */
+static real gyro_bias_sd(const baroarma_alignment *s)
+{
+    real sum = 0;
+    int axis, i;
+    for (axis = 0; axis < 3; axis++) {
+        real means[BAROARMA_PARTS];
+        int n = 0;
+        for (i = 0; i < BAROARMA_PARTS; i++) {
+            if (s->parts[i].rates > 0) means[n++] = s->parts[i].rate[axis];
+        }
+        sum += square(mean_sd(means, n));
+    }
+    return s->rates < BAROARMA_ENOUGH_SAMPLES ? NO_SAMPLE : SQRT(sum / 3);
+}
+
+/* What the second has told; 0 if there was no IMU or no gravity in it. */
+static int conclude(const baroarma_alignment *s, baroarma_rest *rest)
+{
     const real modulus = SQRT(dot(s->force, s->force));
-    real up[3];
     int i;
     if (s->forces == 0 || s->rates == 0 || modulus < BAROARMA_LEAST_GRAVITY) return 0;
-    for (i = 0; i < 3; i++) up[i] = s->force[i] / modulus;
-    attitude_start(&state->attitude, up, s->rate, s->modulus);
-    height_start(&state->height, sample_sd(s->force_spread, s->forces));
+    for (i = 0; i < 3; i++) {
+        rest->up[i] = s->force[i] / modulus;
+        rest->gyro_bias[i] = s->rate[i];
+    }
+    rest->gravity = s->modulus;
+    rest->accel_sd = sample_sd(s->force_spread, s->forces);
+    rest->gyro_sd = sample_sd(s->rate_spread, s->rates);
+    rest->gravity_sd = gravity_sd(s);
+    rest->gyro_bias_sd = gyro_bias_sd(s);
+    return 1;
+}
+
+/* Start the estimators; 0 if the alignment failed. */
+static int align_end(baroarma_state *state)
+{
+    baroarma_rest rest;
+    if (!conclude(&state->alignment, &rest)) return 0;
+    attitude_start(&state->attitude, &rest);
+    height_start(&state->height, &rest);
     if (BAROARMA_BIAS_CAPTURE) {
-        state->zero = s->altitude;
+        state->zero = state->alignment.altitude;
         conditioning_shift(&state->conditioning, state->zero);
     }
     return 1;
@@ -138,12 +208,13 @@ static baroarma_result result_of(const baroarma_state *state, baroarma_status st
 
 void baroarma_init(baroarma_state *state)
 {
+    const baroarma_rest unknown = {{0, 0, 1}, {0, 0, 0}, 0, NO_SAMPLE, NO_SAMPLE, NO_SAMPLE, NO_SAMPLE};
     state->aligned = 0;
     state->first_pressure = NO_SAMPLE;
     state->metres = state->zero = state->age = state->acceleration = 0;
     alignment_start(&state->alignment);
     conditioning_start(&state->conditioning);
-    height_start(&state->height, NO_SAMPLE);
+    height_start(&state->height, &unknown);
 }
 
 /* The second of rest: collect; at its end, start the estimators, or begin again. */
@@ -153,7 +224,7 @@ static baroarma_status align_step(baroarma_state *state, const real accel[3], co
     baroarma_status status = BAROARMA_ALIGNING;
     real altitude = altitude_of(state, pressure);
     if (state->alignment.samples > 0) alignment_wait(&state->alignment, dt);
-    if (state->alignment.elapsed >= BAROARMA_ALIGNMENT) {
+    if (state->alignment.elapsed + BAROARMA_CLOCK >= 1) {
         if (align_end(state)) {
             const int good = chain_step(state, accel, gyro, altitude, dt);
             state->aligned = 1;
