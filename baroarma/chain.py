@@ -7,16 +7,18 @@
 Three kinds: with an attitude estimator, as drawn; with a height estimator that takes the IMU itself; and
 without an IMU, where the acceleration is 0 with the sd of unseen motion.  So it is, too, wherever the last
 acceleration is older than `LONGEST_HOLD`.  `step` is the definition, `run` the same numbers for all rows at
-once, and `step` goes on where `run` ended.
+once, and either goes on where the other ended.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from baroarma.estimators.attitude.kernels import LONGEST_HOLD
@@ -71,7 +73,7 @@ class Chain:
     ) -> None:
         self.attitude, self.height, self.conditioner = attitude, height, conditioner
         self.zero, self.rate_hz, self.with_imu, self.stillness = zero, rate_hz, with_imu, stillness
-        self._acceleration, self._velocity, self._age = 0.0, 0.0, 0.0
+        self._acceleration, self._velocity, self._age, self._started = 0.0, 0.0, 0.0, False
 
     def step(
         self, *, dt: float, altitude: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
@@ -87,9 +89,7 @@ class Chain:
             self._acceleration = (state.velocity - self._velocity) / dt if dt > 0 else 0.0
         else:
             felt = self.attitude.step(dt=dt, accel=accel, gyro=gyro, attitude=attitude)
-            self._age = self._age + dt if np.isnan(felt.acceleration) else 0.0
-            a, age = np.array([felt.acceleration]), np.array([self._age])
-            used, sd = _driven(a, age, np.array([dt]))
+            used, sd, held = self._driven(np.array([float(dt)]), 0.0, np.array([felt.acceleration]))
             listens: dict[str, Any] = {}
             if self.stillness is not None:
                 still, shaking = self.stillness.step(dt=dt, accel=accel, gyro=gyro)
@@ -98,8 +98,8 @@ class Chain:
             state = self.height.step(
                 dt=dt, altitude=z, acceleration=float(used[0]), acceleration_sd=float(sd[0]), **listens
             )
-            self._acceleration = self._acceleration if np.isnan(used[0]) else float(used[0])
-        self._velocity = state.velocity
+            self._acceleration = float(held[0])
+        self._velocity, self._started = state.velocity, True
         return TrackState(*state, self._acceleration)
 
     def run(self, rows: Recording, altitude: Signal, dt: float, *, lag: float | None = None) -> ChainRun:
@@ -107,33 +107,40 @@ class Chain:
 
         With a `lag` in s each row knows what came up to so much later; the smoother doesn't go on after it.
         """
-        estimate = self.height.run if lag is None else self._smoother(lag)
+        before = {"dt": dt} if self._started else {}
+        estimate = partial(self.height.run, **before) if lag is None else self._smoother(lag)
         new = np.flatnonzero(np.isfinite(altitude))
         self._find_zero(float(altitude[new[0]]) if len(new) else float("nan"))
         z = self.conditioner.run(altitude - self.zero)
-        steps = np.concatenate(([dt], np.diff(rows.t)))
         if not self.with_imu:
-            still, sd = np.zeros(len(rows)), _unseen_sd(steps)
+            still, sd = np.zeros(len(rows)), _unseen_sd(_steps(rows.t, dt))
             found = ChainRun(estimate(rows.t, z, still, sd), still)
         elif self.attitude is None:
             height = estimate(rows.t, z, accel=rows.accel, gyro=rows.gyro)
-            found = ChainRun(height, np.diff(height.velocity, prepend=self._velocity) / steps)
+            found = ChainRun(height, np.diff(height.velocity, prepend=self._velocity) / _steps(rows.t, dt))
         else:
             assert rows.accel is not None
             assert rows.gyro is not None
-            felt = self.attitude.run(rows.t, rows.accel, rows.gyro, rows.reference_attitude)
-            age = _age(rows.t, felt.acceleration, self._age + dt)
-            used, sd = _driven(felt.acceleration, age, steps)
+            felt = self.attitude.run(rows.t, rows.accel, rows.gyro, rows.reference_attitude, **before)
+            used, sd, held = self._driven(rows.t, float(rows.t[0]) - dt, felt.acceleration)
             listens = {}
             if self.stillness is not None:
                 still, shaking = self.stillness.run(rows.t, rows.accel, rows.gyro, dt)
                 listens = {"at_rest": still, "up": felt.up}
                 sd = np.where(np.isnan(sd), shaking, sd)
             height = estimate(rows.t, z, used, sd, **listens)
-            found = ChainRun(height, _held(used, self._acceleration))
-            self._age = float(age[-1])
+            found = ChainRun(height, held)
         self._acceleration, self._velocity = float(found.acceleration[-1]), float(found.height.velocity[-1])
+        self._started = True
         return found
+
+    def _driven(self, t: Signal, before: float, acceleration: Signal) -> tuple[Signal, Signal, Signal]:
+        """Return what drives the height filter, its sd where it isn't the filter's own, and what is held."""
+        used, sd, held = np.empty(len(t)), np.empty(len(t)), np.empty(len(t))
+        t = t.view()
+        t.flags.writeable = False  # as a recording's is: another type would be compiled for anew
+        self._age = _drive(t, before, acceleration, self._age, self._acceleration, used, sd, held)
+        return used, sd, held
 
     def _smoother(self, lag: float) -> Callable[..., HeightRun]:
         smooth = getattr(self.height, "smooth", None)
@@ -148,17 +155,8 @@ class Chain:
             self.zero = altitude
 
 
-def _age(t: Signal, acceleration: Signal, before: float) -> Signal:
-    """Return how old the last acceleration is at each row, s; `before` at the first row if that has none."""
-    last = np.maximum.accumulate(np.where(np.isfinite(acceleration), np.arange(len(t)), -1))
-    return np.where(last >= 0, t - t[np.maximum(last, 0)], t - t[0] + before)
-
-
-def _driven(acceleration: Signal, age: Signal, dt: Signal) -> tuple[Signal, Signal]:
-    """Return what the height filter is driven with, and the sd where it isn't the filter's own (else NaN)."""
-    stale = age > LONGEST_HOLD + _ROUNDING
-    sd = np.where(stale | (dt > LONGEST_HOLD + _ROUNDING), _unseen_sd(dt), np.nan)
-    return np.where(stale, 0.0, acceleration), sd
+def _steps(t: Signal, dt: float) -> Signal:
+    return np.concatenate(([dt], np.diff(t)))
 
 
 def _unseen_sd(dt: Signal) -> Signal:
@@ -166,7 +164,29 @@ def _unseen_sd(dt: Signal) -> Signal:
     return UNSEEN_WALK / np.sqrt(np.maximum(dt, 1e-6))
 
 
-def _held(values: Signal, before: float) -> Signal:
-    """Repeat the last number where there is none, `before` at the start."""
-    last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(values)), -1))
-    return np.where(last >= 0, values[last], before)
+@njit(cache=True)
+def _drive(
+    t: Signal,
+    before: float,
+    acceleration: Signal,
+    age: float,
+    last: float,
+    used: Signal,
+    sd: Signal,
+    held: Signal,
+) -> float:
+    """Fill the last three from accelerations that may be missing; return how old the last one is, s.
+
+    A stale acceleration is 0 with the sd of unseen motion, which a long step has, too; else the sd is NaN.
+    `held` repeats the last number, `last` at the start.
+    """
+    longest = LONGEST_HOLD + _ROUNDING
+    for k in range(len(t)):
+        dt = t[k] - before
+        before = t[k]
+        age = age + dt if math.isnan(acceleration[k]) else 0.0
+        used[k] = 0.0 if age > longest else acceleration[k]
+        sd[k] = UNSEEN_WALK / math.sqrt(max(dt, 1e-6)) if max(age, dt) > longest else math.nan
+        last = last if math.isnan(used[k]) else used[k]
+        held[k] = last
+    return age

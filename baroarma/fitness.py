@@ -13,7 +13,6 @@ from baroarma.finding import Finding
 from baroarma.noise_model import NoiseModel
 from baroarma.presets import Preset
 from baroarma.recording import Recording
-from baroarma.track import Track
 
 Signal = NDArray[np.float64]
 DIVERGENCE: Final = 5.0
@@ -80,34 +79,48 @@ def track_findings(
     )
 
 
-def divergence(track: Track, altitude: Signal, chain: Chain) -> list[Finding]:
-    """Say where a track leaves the barometer, which it should follow in the long run.
+class Divergence:
+    """Watch, part by part, whether a track leaves the barometer, which it should follow in the long run.
 
     Parameters
     ----------
-    track : Track
-        What the chain made.
-    altitude : ndarray, shape (n,)
-        Barometric height relative to the start, m; NaN: no sample.
+    start : float
+        Time of the track's first row, s.
     chain : Chain
         Behind a whitening filter height differs from the barometer by design, and nothing is said.
     """
-    new = np.isfinite(altitude)
-    if chain.conditioner.whitening is not None or not new.any():
-        return []
-    block = ((track.t - track.t[0]) // DIVERGENCE_OVER).astype(int)[new]
-    count = np.maximum(np.bincount(block), 1)
-    apart = np.abs(np.bincount(block, (track.height - altitude)[new]) / count)
-    worst = int(np.argmax(apart))
-    if apart[worst] < DIVERGENCE:
-        return []
-    first = int(np.argmax(apart >= DIVERGENCE))
-    message = (
-        f"The track leaves the barometer by up to {apart[worst]:.3g} m, first after "
-        f"{first * DIVERGENCE_OVER:g} s: the tilt was lost or a sensor saturated, so don't believe height "
-        "and velocity from there on."
-    )
-    return [Finding("diverged", "warning", message)]
+
+    def __init__(self, start: float, chain: Chain) -> None:
+        self._start, self._by_design = start, chain.conditioner.whitening is not None
+        self._sum = self._count = np.zeros(0)
+
+    def take(self, t: Signal, apart: Signal) -> list[Finding]:
+        """Take the next rows, and return what is known by now.
+
+        Parameters
+        ----------
+        t, apart : ndarray, shape (n,)
+            Times in s, and height minus barometric height, m; NaN: no sample.
+        """
+        new = np.isfinite(apart)
+        block = ((t[new] - self._start) // DIVERGENCE_OVER).astype(int)
+        n = max(len(self._sum), block.max(initial=-1) + 1)
+        self._sum = np.bincount(block, apart[new], n) + np.pad(self._sum, (0, n - len(self._sum)))
+        self._count = np.bincount(block, None, n) + np.pad(self._count, (0, n - len(self._count)))
+        return [] if self._by_design or not n else self._findings()
+
+    def _findings(self) -> list[Finding]:
+        apart = np.abs(self._sum / np.maximum(self._count, 1))
+        worst = int(np.argmax(apart))
+        if apart[worst] < DIVERGENCE:
+            return []
+        first = int(np.argmax(apart >= DIVERGENCE))
+        message = (
+            f"The track leaves the barometer by up to {apart[worst]:.3g} m, first after "
+            f"{first * DIVERGENCE_OVER:g} s: the tilt was lost or a sensor saturated, so don't believe "
+            "height and velocity from there on."
+        )
+        return [Finding("diverged", "warning", message)]
 
 
 def _about_whitening(chain: Chain) -> list[Finding]:

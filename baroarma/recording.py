@@ -7,6 +7,7 @@ at this instant": a row that only carries IMU data, or a barometer reading that 
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -165,7 +166,12 @@ class Recording:
             for f in fields(self)[:8]
             if getattr(self, f.name) is not None
         }
-        return replace(self, **chosen)
+        if not (isinstance(which, slice) and (which.step or 1) > 0):
+            return replace(self, **chosen)
+        part = copy(self)  # shares memory: it is read-only, and its clock has been checked
+        for name, values in chosen.items():
+            object.__setattr__(part, name, values)
+        return part
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the height over time; see `baroarma.plotting.plot_recording`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Signal = NDArray[np.float64]
+COLUMNS: Final = ("time_s", "height_m", "velocity_m_s", "height_sd_m", "velocity_sd_m_s")
+"""The columns of ``track.csv``: the first fields of `Track`, in their order."""
+ROWS: Final = 1 << 16
+"""Rows that are written at a time."""
 
 
 class TrackState(NamedTuple):
@@ -82,15 +86,8 @@ class Track:
         """Return a pandas DataFrame with the columns of ``track.csv``."""
         import pandas as pd
 
-        return pd.DataFrame(
-            {
-                "time_s": self.t,
-                "height_m": self.height,
-                "velocity_m_s": self.velocity,
-                "height_sd_m": self.height_sd,
-                "velocity_sd_m_s": self.velocity_sd,
-            }
-        )
+        values = (getattr(self, field.name) for field in fields(self))
+        return pd.DataFrame(dict(zip(COLUMNS, values, strict=False)))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write ``track.csv`` (or Parquet for ``.parquet``), complete or not at all."""
@@ -98,7 +95,17 @@ class Track:
             if Path(path).suffix == ".parquet":
                 self.to_frame().to_parquet(temporary, index=False)
             else:
-                self.to_frame().to_csv(temporary, index=False, compression=None)
+                with open(temporary, "w", encoding="utf-8", newline="\n") as file:
+                    self.write_csv(file)
+
+    def write_csv(self, file: TextIO, *, header: bool = True) -> None:
+        """Write the rows of ``track.csv`` into an open file; floats read back exactly."""
+        if header:
+            file.write(",".join(COLUMNS) + "\n")
+        columns = [getattr(self, field.name) for field in fields(self)[:5]]
+        for k in range(0, len(self), ROWS):
+            texts = (map(repr, column[k : k + ROWS].tolist()) for column in columns)
+            file.writelines(f"{row}\n" for row in map(",".join, zip(*texts, strict=True)))
 
     def summary(self) -> str:
         """Return the result in a few lines."""

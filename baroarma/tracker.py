@@ -26,7 +26,7 @@ from baroarma.estimators.conditioning import CONDITIONINGS, conditioner_of
 from baroarma.estimators.stillness import Stillness
 from baroarma.estimators.strapdown import bourke_track
 from baroarma.finding import Finding
-from baroarma.fitness import divergence, needs_imu, reading_notes, refuse_unfit, track_findings
+from baroarma.fitness import Divergence, needs_imu, reading_notes, refuse_unfit, track_findings
 from baroarma.noise_model import NoiseModel
 from baroarma.presets import Preset, find_preset
 from baroarma.recording import Recording
@@ -124,6 +124,7 @@ class Tracker:
         self._with_imu = True
         self._early: list[tuple[float, Signal, Signal, float]] = []
         self._elapsed = 0.0
+        self._until = math.nan
 
     def step(
         self,
@@ -166,6 +167,7 @@ class Tracker:
             self._chain = self._aligned(*columns, dt=dt)
             self._early = []
         given = None if attitude is None else np.asarray(attitude, float)
+        self._until += dt
         return self._chain.step(dt=_checked(dt), altitude=altitude, accel=force, gyro=rate, attitude=given)
 
     def run(self, recording: Recording) -> Track:
@@ -193,6 +195,46 @@ class Tracker:
                 f"run takes a Recording, not {recording!r:.60}; baroarma.read makes one of a file"
             )
         return self._track(recording, None)
+
+    def feed(self, part: Recording) -> Track:
+        """Track the next part of a long recording; part by part gives the rows of one `run` over the whole.
+
+        Parameters
+        ----------
+        part : Recording
+            The rows that follow those of the last `feed` or `run`; the first part begins with the rest.
+
+        Returns
+        -------
+        Track
+            One row per row of the part.  The findings of the first part are those of `run`; of a later one,
+            whether the track has left the barometer by now.
+
+        Raises
+        ------
+        ValueError
+            As `run`, and if the part begins before the last one ended.
+
+        Examples
+        --------
+        >>> from baroarma.simulation import simulate
+        >>> log, tracker = simulate("squat", duration=20, seed=1), Tracker(noise=DEFAULT_NOISE)
+        >>> _, second = tracker.feed(log.between(0, 8)), tracker.feed(log.between(8, 20))
+        >>> bool(second.height[-1] == tracker.run(log).height[-1])
+        True
+        """
+        if self._chain is None:
+            return self.run(part)
+        dt = float(part.t[0]) - self._until
+        if not dt > 0:
+            raise ValueError(
+                f"the part begins at {part.t[0]:.6g} s, not after {self._until:.6g} s, where the last one "
+                "ended; reset the tracker before another recording"
+            )
+        altitude, self._until = part.height(), float(part.t[-1])
+        columns = _columns(0, self._chain.run(part, altitude, dt))
+        findings = self._watched(part.t, columns[0], altitude)
+        return Track(part.t, *columns, preset=self.settings.name, name=part.name, findings=findings)
 
     def smooth(self, recording: Recording, *, lag: float = math.inf) -> Track:
         """Track a whole recording, each row with the help of what came after it.
@@ -235,7 +277,8 @@ class Tracker:
             track = bourke_track(recording)
             return replace(track, findings=(*reading_notes(recording), *track.findings))
         t, altitude = recording.t, recording.height()
-        elapsed = np.cumsum(np.diff(t, prepend=t[:1]))  # as `step` sums it
+        first = t[: np.searchsorted(t, t[0] + 2 * ALIGNMENT) + 1]
+        elapsed = np.cumsum(np.diff(first, prepend=first[:1]))  # as `step` sums it
         start = int(np.searchsorted(elapsed, ALIGNMENT - _ROUNDING))
         if start == len(t):
             raise ValueError(
@@ -244,14 +287,19 @@ class Tracker:
             )
         dt, early = float(t[start] - t[start - 1]), recording.rows(slice(start))
         self._with_imu = recording.accel is not None and recording.gyro is not None
+        self._until = float(t[-1])
         self._chain = self._aligned(elapsed[:start], early.accel, early.gyro, altitude[:start], dt=dt)
         found = self._chain.run(recording.rows(slice(start, None)), altitude[start:], dt, lag=lag)
         findings = track_findings(recording, self.settings, self.noise, self._chain, aligned_over=ALIGNMENT)
         name = self.settings.name if lag is None else f"{self.settings.name}, smoothed"
-        track = _track(recording, start, found, name, findings)
-        return replace(
-            track, findings=(*findings, *divergence(track, altitude - self._chain.zero, self._chain))
-        )
+        columns, self._divergence = _columns(start, found), Divergence(float(t[0]), self._chain)
+        findings = (*findings, *self._watched(t, columns[0], altitude))
+        return Track(t, *columns, preset=name, name=recording.name, findings=findings)
+
+    def _watched(self, t: Signal, height: Signal, altitude: Signal) -> tuple[Finding, ...]:
+        """Return what is known by now about the track's distance from the barometer."""
+        assert self._chain is not None
+        return tuple(self._divergence.take(t, height - (altitude - self._chain.zero)))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the tracker with its state, to go on with `load` exactly where it stopped (a pickle)."""
@@ -352,10 +400,8 @@ class Tracker:
             self._attitude.reset(alignment)
         imu, stillness = self._with_imu, None
         if height.listens_to_rest and imu and self._attitude is not None:
-            assert accel is not None
-            assert gyro is not None
             stillness = Stillness(alignment)
-            height.look_back(t, altitude - zero, stillness.run(t, accel, gyro).still, dt=dt)
+            height.look_back(t, altitude - zero, dt=dt)
         return Chain(
             self._attitude, height, conditioner, zero=zero, rate_hz=rate_hz, with_imu=imu, stillness=stillness
         )
@@ -399,25 +445,19 @@ def _settings(base: Preset, chosen: Preset, kind: str) -> dict[str, Any]:
     return {name: constant.value for name, constant in getattr(base, f"{kind}_settings").items()}
 
 
-def _track(
-    recording: Recording, start: int, found: ChainRun, preset: str, findings: tuple[Finding, ...]
-) -> Track:
-    """Put the alignment's rows before the chain's: height and velocity 0, with the first sds."""
+def _columns(start: int, found: ChainRun) -> tuple[Signal, Signal, Signal, Signal, Signal]:
+    """Return a track's columns, the alignment's rows before the chain's: all 0, with the first sds."""
     height, velocity, height_sd, velocity_sd = found.height
 
     def padded(first: float, column: Signal) -> Signal:
         return np.concatenate([np.full(start, first), column])
 
-    return Track(
-        recording.t,
+    return (
         padded(0.0, height),
         padded(0.0, velocity),
         padded(float(height_sd[0]), height_sd),
         padded(float(velocity_sd[0]), velocity_sd),
         padded(0.0, found.acceleration),
-        preset=preset,
-        name=recording.name,
-        findings=findings,
     )
 
 

@@ -15,7 +15,7 @@ import baroarma as ba
 from baroarma.atmosphere import altitude_pressure, pressure_altitude
 from baroarma.simulation import BMP085, simulate, simulate_rest
 from baroarma.simulation.paths import running_for
-from baroarma.slowest_climb import EASE, REST, move, simulate_rests, slowest_climb, try_climbs, watch
+from baroarma.slowest_climb import EASE, REST, follow, simulate_rests, slowest_climb, try_climbs, watch
 
 PAD = ba.NoiseModel(0.1431, 0.2578, 0.2113, 0.09683, rate_hz=10, sensor="LPS25H outdoors")
 SPEEDS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
@@ -25,6 +25,8 @@ STARTS = {
     "not felt": {"felt": False},
     "before the recording": {"felt": False, "start": -EASE},
 }
+SOFT_STOPS = (1.5, 3.0, 5.0, 10.0)
+WITHOUT = {"attitude": "reference", "height_settings": {"confirm_rest": False}}
 
 
 def on_simple(noise):
@@ -56,7 +58,9 @@ def finite(seconds):
 
 def climbs(noise, simulated, runs):
     rests = simulated(REST + CLIMB, runs)
-    print("| start | speed m/s | recognised | s, median | worst | lost m, median | worst | end error m, rms |")
+    print(
+        "| start | speed m/s | recognised | s, median | worst | lost m, median | worst | end error m, rms |"
+    )
     print("|---|---|---|---|---|---|---|---|")
     for start, how in STARTS.items():
         for speed in SPEEDS:
@@ -67,7 +71,7 @@ def climbs(noise, simulated, runs):
                 f"{np.sqrt(np.mean(np.square(c.left))):.2f} |",
                 flush=True,
             )
-    bare = [watch(rest, noise, confirm_rest=False).height for rest in rests]
+    bare = [ba.Tracker(noise=noise, **WITHOUT).run(rest).height for rest in rests]
     print(
         f"| without rest updates | any | | | | {np.median([-h.min() for h in bare]):.2f} | "
         f"{max(-h.min() for h in bare):.2f} | {np.sqrt(np.mean([h[-1] ** 2 for h in bare])):.2f} |\n"
@@ -86,17 +90,17 @@ def rests_mistaken(noise, simulated, hours):
     return alarms / hours, longest, doubted / hours, height
 
 
-def clumsy_stop(noise, simulated, runs, error, *, speed=0.5, travel=10.0):
+def clumsy_stop(noise, simulated, runs, error=0.0, *, ease=EASE, speed=0.5, travel=10.0):
     """Seconds from a stop until rest is believed for good, and the height's error then, m."""
     seconds, off = [], []
     for rest in simulated(REST + travel + 90.0, runs, seed=2000):
-        course = speed * running_for(rest.t, REST, EASE, travel)
+        course = speed * running_for(rest.t, REST, ease, travel)
         share = np.where(rest.t < REST + travel, 1.0, 1.0 - error / speed)
-        stop = REST + travel + EASE
-        log = move(rest, course, share_felt=share)
+        stop = REST + travel + ease
+        log = follow(rest, course, share_felt=share)
         seen = watch(log, noise)
         doubted = seen.t[~seen.believed]
-        seconds.append(np.inf if not seen.believed[-1] else doubted[-1] - stop)
+        seconds.append(max(doubted[-1] - stop, 0.0) if seen.believed[-1] else np.inf)
         off.append(seen.height[-1] - log.reference[-1])
     return np.median(seconds), max(seconds), np.sqrt(np.mean(np.square(off)))
 
@@ -122,21 +126,31 @@ def others(noise, simulated, runs, hours):
     for error in (0.0, 0.02, 0.05, 0.1, 0.2, 0.4):
         median, worst, off = clumsy_stop(noise, simulated, runs, error)
         print(f"| {error:g} m/s | {finite(median)} | {finite(worst)} | {off:.2f} |", flush=True)
+    print("\n| a stop from 0.5 m/s, all felt, takes | s until rest, median | worst | end error m, rms |")
+    print("|---|---|---|---|")
+    for ease in SOFT_STOPS:
+        median, worst, off = clumsy_stop(noise, simulated, runs, ease=ease)
+        print(f"| {ease:g} s | {finite(median)} | {finite(worst)} | {off:.2f} |", flush=True)
     print("\n| climb at 0.1 m/s reached in | recognised | s, median | worst | lost m, median | worst |")
     print("|---|---|---|---|---|---|")
     rests = simulated(REST + CLIMB, runs)
     for ease in (0.5, 1.5, 5.0, 15.0, 60.0):
         c = try_climbs(rests, noise, 0.1, ease=ease)
         print(
-            f"| {ease:g} s | {c.recognised:.0%} | {finite(np.median(c.seconds))} | {finite(max(c.seconds))} | "
-            f"{np.median(c.lost):.2f} | {max(c.lost):.2f} |",
+            f"| {ease:g} s | {c.recognised:.0%} | {finite(np.median(c.seconds))} | "
+            f"{finite(max(c.seconds))} | {np.median(c.lost):.2f} | {max(c.lost):.2f} |",
             flush=True,
         )
-    print("\n| at rest the pressure altitude | height 1 s later | 5 s | 60 s | at most |\n|---|---|---|---|---|")
+    print(
+        "\n| at rest the pressure altitude | height 1 s later | 5 s | 60 s | at most |\n|---|---|---|---|---|"
+    )
     for metres in (0.5, 1.0, 3.0, 10.0):
         for duration, what in ((np.inf, "steps by"), (0.3, "is off for 0.3 s by")):
             cells = pressure_event(noise, simulated, runs, metres, duration)
-            print(f"| {what} {metres:g} m | {' | '.join(f'{c:.2f}' for c in cells)} |", flush=True)
+            print(
+                f"| {what} {metres:g} m | {' | '.join(f'{round(c, 2) + 0.0:.2f}' for c in cells)} |",
+                flush=True,
+            )
     alarms, longest, doubted, height = rests_mistaken(noise, simulated, hours)
     print(
         f"\n{hours} h of rest: {alarms:.1f} times an hour taken for motion, {longest:.1f} s at most, "

@@ -115,8 +115,13 @@ class AttitudeEstimator(ABC):
         """
 
     @abstractmethod
-    def run(self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None) -> AttitudeRun:
-        """Take all samples: t (n,), accel (n, 3), gyro (n, 3), attitude (n, 4) or None."""
+    def run(
+        self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None, *, dt: float = 0.0
+    ) -> AttitudeRun:
+        """Take all samples: t (n,), accel (n, 3), gyro (n, 3), attitude (n, 4) or None.
+
+        The first row comes `dt` s after the last one taken; 0: none was.
+        """
 
 
 class HeightEstimator(ABC):
@@ -132,13 +137,13 @@ class HeightEstimator(ABC):
     def reset(self, alignment: Alignment | None = None) -> None:
         """Start anew at height 0 and velocity 0."""
 
-    def look_back(self, t: Signal, altitude: Signal, at_rest: NDArray[np.bool_], *, dt: float) -> None:
+    def look_back(self, t: Signal, altitude: Signal, *, dt: float) -> None:
         """Learn from the rest before the first row, if that tells it anything; for who `listens_to_rest`.
 
         Parameters
         ----------
-        t, altitude, at_rest : ndarray, shape (n,)
-            As in `run`, without acceleration.
+        t, altitude : ndarray, shape (n,)
+            As in `run`; the rest of the alignment.
         dt : float
             Time from the last of them to the first row, s.
         """
@@ -187,5 +192,7 @@ class HeightEstimator(ABC):
         gyro: Signal | None = None,
         at_rest: NDArray[np.bool_] | None = None,
         up: Signal | None = None,
+        *,
+        dt: float = 0.0,
     ) -> HeightRun:
-        """Take all samples, each (n,) or (n, 3); the first row takes no time, whatever came before."""
+        """Take all samples, each (n,) or (n, 3); the first `dt` s after the last one taken, 0: none was."""

@@ -9,15 +9,17 @@ The whitening filter reports a steady height change only `dc_gain` times its siz
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import Final
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from baroarma.arma import ArmaModel
 from baroarma.noise_model import NoiseModel
-from baroarma.whitening import WhiteningFilter
+from baroarma.whitening import WhiteningFilter, WhiteningStream
 
 CONDITIONINGS: Final = ("none", "average", "average+whitening")
 """What a user may choose."""
@@ -70,12 +72,74 @@ class Conditioner:
 
     def step(self, altitude: float) -> float:
         """Take one altitude in m; NaN (no new sample) gives NaN and changes nothing."""
-        if np.isnan(altitude):
+        if math.isnan(altitude):
             return altitude
         self._recent.append(altitude)
-        mean = sum(self._recent) / len(self._recent)
+        total = 0.0
+        for value in self._recent:
+            total += value
+        mean = total / len(self._recent)
         return self._stream.step(mean) if self._stream else mean
 
     def run(self, altitude: NDArray[np.float64]) -> NDArray[np.float64]:
         """Take all altitudes (n,), NaN where there is no new sample."""
-        return np.array([self.step(value) for value in altitude.tolist()])
+        if self._recent.maxlen == 1 and self._stream is None:
+            return altitude
+        recent, out = np.zeros(self._recent.maxlen or 1), np.empty(len(altitude))
+        count = len(self._recent)
+        recent[:count] = self._recent
+        count = _average(altitude, recent, count, out)
+        self._recent.extend(recent[:count].tolist())
+        if self._stream is not None:
+            self._whiten(self._stream, out)
+        return out
+
+    @staticmethod
+    def _whiten(stream: WhiteningStream, means: NDArray[np.float64]) -> None:
+        """Filter in place, and leave the stream where `step` would."""
+        new = np.flatnonzero(np.isfinite(means))
+        if len(new) == 0:
+            return
+        if stream.delay is None:
+            stream.start(float(means[new[0]]))
+        delay = np.array(stream.delay, float)
+        _filter(means, np.array(stream.b), np.array(stream.a), delay)
+        stream.delay = delay.tolist()
+
+
+@njit(cache=True)
+def _average(
+    altitude: NDArray[np.float64], recent: NDArray[np.float64], count: int, out: NDArray[np.float64]
+) -> int:
+    """Fill `out` with means of the last samples; `recent` holds `count` of them, oldest first."""
+    for k in range(len(altitude)):
+        out[k] = altitude[k]
+        if math.isnan(altitude[k]):
+            continue
+        if count == len(recent):
+            count -= 1
+            for i in range(count):
+                recent[i] = recent[i + 1]
+        recent[count] = altitude[k]
+        count += 1
+        total = 0.0
+        for i in range(count):
+            total += recent[i]
+        out[k] = total / count
+    return count
+
+
+@njit(cache=True)
+def _filter(
+    x: NDArray[np.float64], b: NDArray[np.float64], a: NDArray[np.float64], delay: NDArray[np.float64]
+) -> None:
+    """Do in place what `WhiteningStream.step` does, in its order: direct form II transposed."""
+    order = len(delay)
+    for k in range(len(x)):
+        if math.isnan(x[k]):
+            continue
+        y = b[0] * x[k] + (delay[0] if order > 0 else 0.0)
+        for i in range(order):
+            later = delay[i + 1] if i + 1 < order else 0.0
+            delay[i] = later + b[i + 1] * x[k] - a[i + 1] * y
+        x[k] = y

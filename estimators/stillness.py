@@ -28,6 +28,8 @@ from baroarma.estimators.base import Alignment, Signal
 
 SETTLED: Final = 0.5
 """Seconds without a disturbance after which the IMU is still; all constants here are chosen by us."""
+ALIGNED: Final = 1.0
+"""How long the alignment has been still, s."""
 LONGEST_MEAN: Final = 2.0
 """Length of the reference's mean, s."""
 SHORT_MEAN: Final = 0.1
@@ -83,10 +85,11 @@ class Stillness:
 
     Examples
     --------
-    >>> still = Stillness(Alignment())
     >>> t, rest = np.arange(100) / 50, np.tile([0.0, 0.0, 9.81], (100, 1))
-    >>> still.run(t, rest, np.zeros((100, 3))).still.argmax() / 50
-    0.52
+    >>> rest[50] += 2.0  # a knock
+    >>> moved = ~Stillness(Alignment()).run(t, rest, np.zeros((100, 3))).still
+    >>> float(t[moved][0]), float(t[moved][-1])
+    (1.0, 1.52)
     """
 
     def __init__(self, alignment: Alignment) -> None:
@@ -94,8 +97,9 @@ class Stillness:
         accel_sd, gyro_sd = (min(sd, most) if math.isfinite(sd) else usual for sd, usual, most in noise)
         self._limits = Limits(accel_sd, gyro_sd, alignment.gravity)
         self._bias = np.array(alignment.gyro_bias)
-        self._memory = np.zeros(16)
-        self._memory[12] = accel_sd**2
+        rest = alignment.gravity * np.array(alignment.up)  # the alignment's second has settled already
+        settled = [ALIGNED, 1.0, 0.0, accel_sd**2]
+        self._memory = np.concatenate([rest, rest, np.zeros(3), settled, rest])
 
     def step(self, *, dt: float, accel: Signal, gyro: Signal) -> StillnessRun:
         """Take one sample, as `AttitudeEstimator.step`; return a run of one row."""

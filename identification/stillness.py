@@ -1,6 +1,6 @@
 """Was the barometer at rest?  The IMU says so where there is one, otherwise the pressure itself.
 
-The IMU's one-second windows are compared with the recording's own medians, so that biases and the mounting
+The IMU's one-second windows are compared with the medians of their means, so that biases and the mounting
 don't matter: a turning sensor shows in the gyro, a tilted or accelerated one in the mean specific force.
 
 The pressure alone sees height changes between ten-second means.  Gusts change them by up to a metre, stairs
@@ -17,6 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from baroarma.atmosphere import pressure_altitude
 from baroarma.finding import Finding
 from baroarma.recording import Recording
 
@@ -39,6 +40,8 @@ DISTURBED: Final = 6.0
 recordings at rest reach 4.6, and of Gaussian nights of eight hours one in 18 000 has such a second."""
 ONE_WAY: Final = 3.0
 """Range of the means over the root sum of their squared changes; a random walk exceeds it in 1 % of cases."""
+ROWS: Final = 1 << 18
+"""Rows that are looked at together: more only need more memory."""
 
 
 def judge_stillness(recording: Recording) -> list[Finding]:
@@ -49,8 +52,10 @@ def judge_stillness(recording: Recording) -> list[Finding]:
     recording : Recording
         At least two new pressure samples.
     """
-    new = recording.is_new
-    return _by_imu(recording) or _by_pressure(recording.t[new], recording.height()[new])
+    new, imu = recording.is_new, ImuSeconds()
+    imu.take(recording)
+    found = imu.findings(recording.duration)
+    return found or _by_pressure(recording.t[new], pressure_altitude(recording.pressure[new]))
 
 
 def judge_disturbance(t: Signal, residuals: Signal) -> list[Finding]:
@@ -81,40 +86,69 @@ def judge_disturbance(t: Signal, residuals: Signal) -> list[Finding]:
     return [Finding("moving", "warning", message)]
 
 
-def _by_imu(recording: Recording) -> list[Finding]:
-    start = np.floor(recording.t - recording.t[0])
-    moving = np.union1d(_turning_seconds(start, recording.gyro), _tilting_seconds(start, recording.accel))
-    if not len(moving):
-        return []
-    seconds = int(recording.duration) + 1
-    where = f"the IMU moves in {len(moving)} of {seconds} seconds, first at {moving[0]:.0f} s"
-    if len(moving) < 3 or len(moving) < 0.01 * seconds:
-        return [Finding("moving", "warning", f"The recording is nearly at rest: {where}.")]
-    return [_no_rest(where)]
+class ImuSeconds:
+    """Keep of an IMU what tells rest from motion: counts, sums and squares of each second, part by part."""
+
+    def __init__(self) -> None:
+        self._start = np.nan
+        self._gyro: list[Signal] = []
+        self._accel: list[Signal] = []
+
+    def take(self, recording: Recording) -> None:
+        """Take a recording's next rows."""
+        if np.isnan(self._start):
+            self._start = float(recording.t[0])
+        for k in range(0, len(recording), ROWS):
+            rows = slice(k, k + ROWS)
+            second = np.floor(recording.t[rows] - self._start)
+            for signal, sums in ((recording.gyro, self._gyro), (recording.accel, self._accel)):
+                if signal is not None:
+                    sums.append(_sums(second, signal[rows]))
+
+    def findings(self, duration: float) -> list[Finding]:
+        """Return a "moving" finding if the IMU did not rest during these seconds."""
+        moving = np.union1d(self._turning(), self._tilting())
+        if not len(moving):
+            return []
+        seconds = int(duration) + 1
+        where = f"the IMU moves in {len(moving)} of {seconds} seconds, first at {moving[0]:.0f} s"
+        if len(moving) < 3 or len(moving) < 0.01 * seconds:
+            return [Finding("moving", "warning", f"The recording is nearly at rest: {where}.")]
+        return [_no_rest(where)]
+
+    def _turning(self) -> Signal:
+        second, mean, square = _means(self._gyro)
+        bias = _centre(mean)
+        turning: Signal = second[square - 2 * mean @ bias + bias @ bias > TURNING**2]
+        return turning
+
+    def _tilting(self) -> Signal:
+        """Return the seconds whose mean is off: noise and vibration vanish in it, tilts stay."""
+        second, mean, _ = _means(self._accel)
+        tilting: Signal = second[np.linalg.norm(mean - _centre(mean), axis=1) > TILTING]
+        return tilting
 
 
-def _turning_seconds(start: Signal, gyro: Signal | None) -> Signal:
-    seconds, off = _off_median(start, gyro)
-    second, which, count = np.unique(seconds, return_inverse=True, return_counts=True)
-    rms = np.sqrt(np.bincount(which, np.sum(off**2, axis=1)) / count)
-    turning: Signal = second[rms > TURNING]
-    return turning
+def _sums(second: Signal, signal: Signal) -> Signal:
+    """Return rows of second, count, sums of x, y, z and sum of squares, (m, 6)."""
+    good = np.isfinite(signal).all(axis=1)
+    own, which, count = np.unique(second[good], return_inverse=True, return_counts=True)
+    x = signal[good]
+    sums = [np.bincount(which, weights, len(own)) for weights in (*x.T, np.sum(x**2, axis=1))]
+    return np.column_stack([own, count, *sums])
 
 
-def _tilting_seconds(start: Signal, accel: Signal | None) -> Signal:
-    """Average over each second: noise and vibration vanish, tilt and acceleration stay."""
-    seconds, off = _off_median(start, accel)
-    second, which, count = np.unique(seconds, return_inverse=True, return_counts=True)
-    means = [np.bincount(which, axis) / count for axis in off.T]
-    tilting: Signal = second[np.linalg.norm(means, axis=0) > TILTING]
-    return tilting
+def _means(parts: list[Signal]) -> tuple[Signal, Signal, Signal]:
+    """Return seconds (m,), means (m, 3) and mean squares (m,); a border of parts may divide a second."""
+    rows = np.concatenate([np.empty((0, 6)), *parts])
+    second, which = np.unique(rows[:, 0], return_inverse=True)
+    count, *sums, squares = (np.bincount(which, column, len(second)) for column in rows[:, 1:].T)
+    return second, np.column_stack(sums) / count[:, None], squares / count
 
 
-def _off_median(start: Signal, signal: Signal | None) -> tuple[Signal, Signal]:
-    """Return the second that each sample lies in, (m,), and the sample minus the median, (m, 3)."""
-    if signal is None or not (good := np.isfinite(signal).all(axis=1)).any():
-        return np.empty(0), np.empty((0, 3))
-    return start[good], signal[good] - np.median(signal[good], axis=0)
+def _centre(mean: Signal) -> Signal:
+    """Return the median of the seconds' means, which is the rest's, (3,)."""
+    return np.median(mean, axis=0) if len(mean) else np.zeros(3)
 
 
 def _by_pressure(t: Signal, height: Signal) -> list[Finding]:

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from baroarma.atmosphere import metres_per_pascal
+from baroarma.atmosphere import metres_per_pascal, pressure_altitude
 from baroarma.finding import Finding, Severity
 from baroarma.identification.stillness import judge_stillness
 from baroarma.noise_model import TEST_NAMES, NoiseModel
@@ -51,7 +51,8 @@ def judge_recording(recording: Recording) -> tuple[Finding, ...]:
     """
     new = recording.is_new
     t, pressure = recording.t[new], recording.pressure[new]
-    found = list(recording.notes)
+    known = [note for note in recording.notes if note.code == "moving"]  # by who saw the IMU pass by
+    found = [note for note in recording.notes if note not in known]
     if len(t) < LEAST_SAMPLES or t[-1] - t[0] < LEAST_DURATION:
         seconds = t[-1] - t[0] if len(t) else 0.0
         message = (
@@ -64,10 +65,10 @@ def judge_recording(recording: Recording) -> tuple[Finding, ...]:
     found += _dead(t, pressure)
     if any(f.severity == "error" for f in found):
         return tuple(found)
-    moving = judge_stillness(recording)
+    moving = known or judge_stillness(recording)
     found += moving + _gaps(t) + _coarse(pressure)
     if not moving:
-        found += _warm_up(t, recording.height()[new])
+        found += _warm_up(t, pressure_altitude(pressure))
     return tuple(found)
 
 

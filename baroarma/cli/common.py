@@ -6,7 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -71,7 +71,7 @@ def read_recordings(
     from baroarma.formats import read_all
 
     with busy(f"reading {', '.join(files)}"):
-        recordings = read_all(files, mapping=_pairs(mapping) or None)
+        recordings = read_all(files, mapping=pairs(mapping))
     if start is None and stop is None:
         return recordings
     cut = [
@@ -100,17 +100,55 @@ def say(message: str) -> None:
     click.echo(message, err=True)
 
 
-def with_progress(items: Sequence[T], what: str) -> Iterator[T]:
+def with_progress(items: Iterable[T], total: int, what: str) -> Iterator[T]:
     """Iterate with a progress bar on stderr, or a line for one item, if there is a terminal to see it."""
-    if len(items) < 2 or not sys.stderr.isatty():
+    if total < 2 or not sys.stderr.isatty():
         with busy(what):
             yield from items
         return
     from rich.console import Console
     from rich.progress import track
 
-    tracked: Iterable[T] = track(items, description=what, console=Console(stderr=True), transient=True)
+    console = Console(stderr=True)
+    tracked: Iterable[T] = track(items, description=what, total=total, console=console, transient=True)
     yield from tracked
+
+
+@contextmanager
+def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
+    """Give a function of how much is done, and how much there is, which shows it on a terminal's stderr."""
+    if not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bars:
+        bar = bars.add_task(what, total=None)
+        yield lambda done, total: bars.update(bar, completed=done, total=total)
+
+
+def announce_compiling() -> None:
+    """Say once when something is compiled, which happens on first use after installation or a change."""
+    from numba.core import event
+
+    class Announcer(event.Listener):
+        def on_start(self, event_: object) -> None:
+            if not said:
+                said.append(True)
+                say("baroarma: compiling for this machine, once; later calls start at once")
+
+        def on_end(self, event_: object) -> None:
+            pass
+
+    said: list[bool] = []
+    event.register("numba:compile", Announcer())
+
+
+def jobs_option(command: F) -> F:
+    """Add ``--jobs``."""
+    text = "Processes that share several recordings."
+    return click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help=text)(command)
 
 
 def busy(what: str) -> AbstractContextManager[object]:
@@ -123,8 +161,9 @@ def busy(what: str) -> AbstractContextManager[object]:
     return Console(stderr=True).status(escape(what))
 
 
-def _pairs(mapping: Sequence[str]) -> dict[str, str]:
-    pairs = dict(pair.split("=", 1) for pair in mapping if "=" in pair)
-    if len(pairs) != len(mapping):
+def pairs(mapping: Sequence[str]) -> dict[str, str] | None:
+    """Return our column name -> the file's; None without any."""
+    found = dict(pair.split("=", 1) for pair in mapping if "=" in pair)
+    if len(found) != len(mapping):
         raise click.UsageError(f"--map takes COLUMN=NAME once per column, but got {', '.join(mapping)}")
-    return pairs
+    return found or None

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import click
 
 from baroarma.cli.common import (
     OutputFile,
     Refusal,
+    announce_compiling,
+    jobs_option,
     json_option,
     print_json,
     read_recordings,
@@ -37,6 +41,7 @@ from baroarma.cli.track import load_noise
     help="Compare a track that another program made of the recording, too (repeatable).",
 )
 @click.option("--report", type=OutputFile(), help="Write a page with the table and plots here.")
+@jobs_option
 @json_option
 def compare(
     files: tuple[str, ...],
@@ -48,6 +53,7 @@ def compare(
     reference_lag: float,
     track_files: tuple[str, ...],
     report: str | None,
+    jobs: int,
     as_json: bool,
 ) -> None:
     """Run several presets on each RECORDING and show errors against its reference, if it has one.
@@ -58,17 +64,17 @@ def compare(
     """
     from baroarma.comparison import compare as compare_presets
     from baroarma.comparison import read_track
+    from baroarma.executors import in_order
 
+    announce_compiling()
     noise = load_noise(noise_file)
     names = None if presets is None else tuple(name.strip() for name in presets.split(",") if name.strip())
     recordings = read_recordings(files, mapping, start, stop)
     if track_files and len(recordings) > 1:
         raise click.UsageError(f"--track belongs to one recording, but there are {len(recordings)}")
     tracks = tuple(read_track(path) for path in track_files)
-    found = [
-        compare_presets(recording, presets=names, noise=noise, reference_lag=reference_lag, tracks=tracks)
-        for recording in with_progress(recordings, "comparing")
-    ]
+    work = partial(compare_presets, presets=names, noise=noise, reference_lag=reference_lag, tracks=tracks)
+    found = list(with_progress(in_order(work, recordings, jobs=jobs), len(recordings), "comparing"))
     if as_json:
         documents = [comparison.to_dict() for comparison in found]
         print_json(documents[0] if len(documents) == 1 else {"recordings": documents})

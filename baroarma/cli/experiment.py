@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import click
 
-from baroarma.cli.common import OutputFile, json_option, print_json, say
+from baroarma.cli.common import OutputFile, announce_compiling, json_option, print_json, say, with_progress
 
 if TYPE_CHECKING:
     from baroarma.experiments.experiment import Experiment
@@ -21,7 +20,9 @@ if TYPE_CHECKING:
 @click.option("--presets", metavar="A,B,...", help="Presets to run beside the papers' own methods.")
 @click.option("--trials", type=click.IntRange(1), default=10, show_default=True, help="Trials of each.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="For other noise.")
-@click.option("--workers", type=click.IntRange(1), help="Processes; default: one per core.")
+@click.option(
+    "--jobs", "--workers", "workers", type=click.IntRange(1), help="Processes; default: one per core."
+)
 @click.option("--report", type=OutputFile(), metavar="PAGE.html", help="Write a page with the figures.")
 @json_option
 def experiment(
@@ -40,6 +41,7 @@ def experiment(
     """
     from baroarma.experiments import experiments, run_experiments, tally
 
+    announce_compiling()
     known = experiments()
     if name != "all" and name not in known:
         raise click.UsageError(f"there is no experiment {name!r}; there are {', '.join(known)} and all")
@@ -50,7 +52,7 @@ def experiment(
         trials=trials,
         seed=seed,
         presets=beside,
-        workers=workers or os.cpu_count() or 1,
+        workers=workers,
         progress=_with_progress,
     )
     if report:
@@ -88,13 +90,4 @@ def _write(
 
 
 def _with_progress(found: Iterable[Measured], total: int) -> Iterable[Measured]:
-    """Show a bar on stderr, if there is a terminal to see it."""
-    import sys
-
-    if not sys.stderr.isatty():
-        return found
-    from rich.console import Console
-    from rich.progress import track
-
-    console = Console(stderr=True)
-    return track(found, description="trials", total=total, console=console, transient=True)
+    return with_progress(found, total, "trials")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -9,7 +11,10 @@ import click
 from baroarma.cli.common import (
     OutputFile,
     Refusal,
+    announce_compiling,
+    jobs_option,
     json_option,
+    pairs,
     print_json,
     read_recordings,
     recordings_argument,
@@ -69,6 +74,7 @@ def _window_settings(command: Any) -> Any:
 @click.option("--out", type=OutputFile(), help="Write the noise model here (noise.json).")
 @click.option("--report", type=OutputFile(), help="Write a page with numbers and plots here (HTML).")
 @click.option("--diagnostics", is_flag=True, help="Print second opinions, too (some seconds more).")
+@jobs_option
 @json_option
 def identify(
     files: tuple[str, ...],
@@ -79,6 +85,7 @@ def identify(
     out: str | None,
     report: str | None,
     diagnostics: bool,
+    jobs: int,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -92,8 +99,12 @@ def identify(
     _refuse_idle_options(terms, options)
     if diagnostics and as_json:
         raise click.UsageError("--diagnostics is text; it has no place in --json")
-    recordings = read_recordings(files, mapping, start, stop)
-    found = [_identify_one(r, terms, options) for r in with_progress(recordings, "identifying")]
+    from baroarma.executors import in_order
+
+    announce_compiling()
+    rests = _rests(files, mapping, start, stop)
+    work = partial(_identify_one, terms=terms, options=options)
+    found = list(with_progress(in_order(work, rests, jobs=jobs), len(rests), "identifying"))
     model = _pooled(found)
     _show(found, model, as_json)
     if model is None:
@@ -130,11 +141,29 @@ def _split(terms: str) -> tuple[str, ...]:
     return tuple(term.strip() for term in terms.split(","))
 
 
-def _identify_one(recording: Recording, terms: str, options: dict[str, Any]) -> Identification:
+def _rests(
+    files: tuple[str, ...], mapping: tuple[str, ...], start: float | None, stop: float | None
+) -> list[Callable[[], Recording]]:
+    """Return functions that give the recordings; long files are read when it is their turn."""
+    from baroarma.formats.long import is_long
+    from baroarma.streaming import read_rest
+
+    names = pairs(mapping)
+    if not all(is_long(file, names) for file in files):
+        return [partial(_as_is, recording) for recording in read_recordings(files, mapping, start, stop)]
+    span = {name: value for name, value in (("start", start), ("stop", stop)) if value is not None}
+    return [partial(read_rest, file, mapping=names, **span) for file in files]
+
+
+def _as_is(recording: Recording) -> Recording:
+    return recording
+
+
+def _identify_one(rest: Callable[[], Recording], terms: str, options: dict[str, Any]) -> Identification:
     from baroarma.identification import WindowSettings
     from baroarma.identification import identify as identify_recording
 
-    settings = None
+    recording, settings = rest(), None
     if options["method"] == "windows" and int(recording.is_new.sum()) > 1:
         changes = {name: value for name in _SETTINGS if (value := options[name]) is not None}
         settings = WindowSettings.for_rate(recording.rate_hz, **changes)

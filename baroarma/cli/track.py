@@ -11,8 +11,12 @@ import click
 from baroarma.cli.common import (
     OutputFile,
     Refusal,
+    announce_compiling,
+    busy,
     json_option,
+    pairs,
     print_json,
+    progress_bar,
     read_recordings,
     recordings_argument,
     say,
@@ -58,9 +62,12 @@ class Numbers(Parameter):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return a tuple of floats."""
         try:
-            return tuple(float(number) for number in value.split(","))
+            numbers = tuple(float(number) for number in value.split(","))
         except ValueError:
+            numbers = (math.nan,)
+        if not all(map(math.isfinite, numbers)):
             self.fail(f"{value!r} is no list of numbers such as 0,3.2,6.4", param, ctx)
+        return numbers
 
 
 SECONDS = click.FloatRange(min=0)
@@ -113,8 +120,10 @@ def track(
     aligns and has no answer.  There a cell without a new sample must be empty: a reading that the logger
     merely repeats can't be told from a new one as it comes.
     """
+    from baroarma.formats.long import is_long
     from baroarma.tracker import Tracker
 
+    announce_compiling()
     noise = load_noise(noise_file)
     known = {"level_prior_sd": level_prior_sd, "floors": floors, "barometer_lag": barometer_lag}
     tracker = Tracker(
@@ -126,12 +135,17 @@ def track(
         height_settings={name: value for name, value in known.items() if value is not None},
     )
     if files == ("-",):
-        if out or as_json or mapping or smooth or smooth_lag or start is not None or stop is not None:
+        given = (smooth_lag, start, stop)
+        if out or as_json or mapping or smooth or any(value is not None for value in given):
             raise click.UsageError(
                 "with - rows are answered on stdout as CSV as they come; leave out --out, --json, --map, "
                 "--smooth, --start and --stop"
             )
         _live(tracker)
+        return
+    in_parts = not (smooth or smooth_lag is not None or as_json or tracker.settings.height is None)
+    if in_parts and len(files) == 1 and is_long(files[0], pairs(mapping)):
+        _in_parts(tracker, files[0], mapping, start, stop, out)
         return
     recordings = read_recordings(files, mapping, start, stop)
     if len(recordings) > 1:
@@ -154,7 +168,7 @@ def track(
     if as_json:
         print_json(_document(found))
     elif not out:
-        click.echo(found.to_frame().to_csv(index=False), nl=False)
+        found.write_csv(sys.stdout)
 
 
 def load_noise(path: str | None) -> NoiseModel | None:
@@ -168,6 +182,35 @@ def _document(found: Track) -> dict[str, Any]:
     columns = {str(name): column.tolist() for name, column in found.to_frame().items()}
     findings = [finding.to_dict() for finding in found.findings]
     return {"preset": found.preset, "findings": findings, **columns}
+
+
+def _in_parts(
+    tracker: Tracker,
+    file: str,
+    mapping: tuple[str, ...],
+    start: float | None,
+    stop: float | None,
+    out: str | None,
+) -> None:
+    """Track a long file while it is read."""
+    from baroarma.formats import UnreadableError
+    from baroarma.formats.long import LongRecording
+    from baroarma.streaming import track_file
+
+    span = {name: value for name, value in (("start", start), ("stop", stop)) if value is not None}
+    with busy(f"reading {file}"):
+        log = LongRecording(file, mapping=pairs(mapping), **span)
+    try:
+        with progress_bar("tracking") as progress:
+            found = track_file(tracker, log, out or sys.stdout, progress=progress)
+    except UnreadableError:
+        raise
+    except ValueError as error:
+        raise Refusal(str(error)) from error
+    for finding in found.findings:
+        say(str(finding))
+    if out:
+        say(f"{found!r} -> {out}")
 
 
 def _live(tracker: Tracker) -> None:

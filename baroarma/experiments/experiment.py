@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from itertools import islice
 
@@ -74,7 +75,8 @@ def run_experiments(
     trials: int = 10,
     seed: int = 0,
     presets: Sequence[str] = (),
-    workers: int = 1,
+    workers: int | None = 1,
+    executor: Executor | None = None,
     progress: Callable[[Iterable[Measured], int], Iterable[Measured]] = lambda found, total: found,
 ) -> list[Result]:
     """Run experiments, all their trials in one pool.
@@ -89,8 +91,10 @@ def run_experiments(
         The same seed gives the same numbers, whatever the other arguments.
     presets : sequence of str
         Presets to run beside the paper's own methods, where something is tracked.
-    workers : int
-        Processes.
+    workers : int, optional
+        Processes; None: one per core.
+    executor : concurrent.futures.Executor, optional
+        Does the work instead, such as a Dask cluster's.
     progress : callable
         Wraps the iterator over all trials; told their number.
 
@@ -101,7 +105,7 @@ def run_experiments(
     """
     numbers = [Trial(seed, number, tuple(presets)) for number in range(trials)]
     tasks = [(experiment.measure, trial) for experiment in experiments for trial in numbers]
-    found: Iterator[Measured] = iter(progress(run_trials(tasks, workers), len(tasks)))
+    found: Iterator[Measured] = iter(progress(run_trials(tasks, workers, executor), len(tasks)))
     return [experiment.result(list(islice(found, trials))) for experiment in experiments]
 
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from typing import NamedTuple
 
 import numpy as np
+
+from baroarma.executors import in_order
 
 Key = tuple[str, str]
 """Label and quantity."""
@@ -102,21 +103,19 @@ def average(found: Sequence[Measurement]) -> Average:
 Task = tuple[Callable[[Trial], Measured], Trial]
 
 
-def run_trials(tasks: Sequence[Task], workers: int) -> Iterator[Measured]:
+def run_trials(
+    tasks: Sequence[Task], workers: int | None = None, executor: Executor | None = None
+) -> Iterator[Measured]:
     """Run trials and yield what they measured, in the order of the tasks.
 
     Parameters
     ----------
     tasks : sequence of (callable, Trial)
         Functions of a module, so that other processes find them.
-    workers : int
-        Processes; 1: this one.  More are started afresh, for a fork of a process with threads may hang.
+    workers, executor
+        Who does the work: `jobs` and `executor` of `baroarma.executors.in_order`.
     """
-    if workers == 1 or len(tasks) < 2:
-        yield from map(_run, tasks)
-        return
-    with ProcessPoolExecutor(min(workers, len(tasks)), get_context("spawn")) as pool:
-        yield from pool.map(_run, tasks)
+    return in_order(_run, tasks, jobs=workers, executor=executor)
 
 
 def _run(task: Task) -> Measured:

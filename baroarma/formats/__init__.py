@@ -76,8 +76,8 @@ def read(*paths: StrPath, mapping: Mapping[str, str] | None = None, name: str | 
     if not paths:
         raise ValueError("read() needs at least one file; it got none")
     files = [_file(os.fspath(path), mapping) for path in paths]
-    _refuse_unused(files, mapping)
-    return _recording(files, name)
+    refuse_unused(files, mapping)
+    return recording_of(files, name)
 
 
 def read_all(paths: Sequence[StrPath], *, mapping: Mapping[str, str] | None = None) -> list[Recording]:
@@ -96,14 +96,14 @@ def read_all(paths: Sequence[StrPath], *, mapping: Mapping[str, str] | None = No
         As `read`; or if the first file has no pressure.
     """
     files = [_file(os.fspath(path), mapping) for path in paths]
-    _refuse_unused(files, mapping)
+    refuse_unused(files, mapping)
     groups: list[list[File]] = []
     for file in files:
         columns = [column for table in file.tables for column in table.values]
         if not groups or any(COLUMNS[column].field == "pressure" for column in columns):
             groups.append([])
         groups[-1].append(file)
-    return [_recording(group, None) for group in groups]
+    return [recording_of(group, None) for group in groups]
 
 
 def write_csv(recording: Recording, path: StrPath) -> None:
@@ -179,7 +179,8 @@ def _tables(path: str, mapping: Mapping[str, str] | None) -> Sequence[Table]:
     return [read_csv(path, mapping)]
 
 
-def _refuse_unused(files: Sequence[File], mapping: Mapping[str, str] | None) -> None:
+def refuse_unused(files: Sequence[File], mapping: Mapping[str, str] | None) -> None:
+    """Refuse a mapping of a column that no file has."""
     headers = {column for file in files for table in file.tables for column in table.header}
     for ours, theirs in (mapping or {}).items():
         if theirs not in headers:
@@ -189,7 +190,8 @@ def _refuse_unused(files: Sequence[File], mapping: Mapping[str, str] | None) -> 
             )
 
 
-def _recording(files: Sequence[File], name: str | None) -> Recording:
+def recording_of(files: Sequence[File], name: str | None) -> Recording:
+    """Return the recording that the files are of; held samples are blanked, units that can't be named."""
     from baroarma.formats.streams import merge
     from baroarma.formats.units import unit_findings
 

@@ -15,7 +15,7 @@ An empty cell (or `nan`) means "no sample".  Every other column is ignored.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -123,6 +123,18 @@ def choose_columns(
     _refuse_doubles(path, header, chosen)
     _refuse_missing(path, header, chosen)
     return {ours: header.index(theirs) for ours, theirs in chosen.items()}
+
+
+def only(chosen: dict[str, int], fields: Collection[str] | None) -> dict[str, int]:
+    """Return the columns that fill the given fields of `Recording`, and the time; None: all.
+
+    Examples
+    --------
+    >>> only({"time_s": 0, "pressure_pa": 1, "temperature_c": 2}, {"pressure"})
+    {'time_s': 0, 'pressure_pa': 1}
+    """
+    wanted = {"t", *({column.field for column in COLUMNS.values()} if fields is None else fields)}
+    return {name: position for name, position in chosen.items() if COLUMNS[name].field in wanted}
 
 
 def _checked(mapping: Mapping[str, str] | None) -> Mapping[str, str]:

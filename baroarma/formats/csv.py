@@ -10,16 +10,17 @@ from __future__ import annotations
 import gzip
 import io
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.formats.bad_lines import NO_SAMPLE, Dialect, refuse_ragged, refuse_text
-from baroarma.formats.columns import choose_columns
+from baroarma.formats.columns import choose_columns, only
 from baroarma.formats.errors import UnreadableError
-from baroarma.formats.table import Table
+from baroarma.formats.table import Table, joined
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -28,13 +29,28 @@ Signal = NDArray[np.float64]
 
 BLOCK: Final = 1 << 24
 """Bytes of text that are parsed at a time."""
+SMALL: Final = 1 << 20
+"""Bytes of text that NumPy parses before pandas would be imported."""
 LONGEST_HEADER: Final = 1 << 16
 """Bytes; a longer first line is no header."""
 NEWLINE: Final = ord("\n")
 
 
 def read_csv(path: str, mapping: Mapping[str, str] | None = None) -> Table:
-    """Read one CSV file.
+    """Read one CSV file; parameters and errors as `csv_tables`.
+
+    Returns
+    -------
+    Table
+        Its values are not yet checked.
+    """
+    return joined(list(csv_tables(path, mapping)))
+
+
+def csv_tables(
+    path: str, mapping: Mapping[str, str] | None = None, *, fields: Collection[str] | None = None
+) -> Iterator[Table]:
+    """Read one CSV file block by block.
 
     Parameters
     ----------
@@ -42,11 +58,13 @@ def read_csv(path: str, mapping: Mapping[str, str] | None = None) -> Table:
         The file; one whose name ends in ``.gz`` is decompressed.
     mapping : mapping of str to str, optional
         Our column name -> the file's.
+    fields : collection of str, optional
+        The fields of `Recording` to read; default: all.
 
-    Returns
-    -------
+    Yields
+    ------
     Table
-        Its values are not yet checked.
+        At least one; its values are not yet checked.
 
     Raises
     ------
@@ -55,7 +73,7 @@ def read_csv(path: str, mapping: Mapping[str, str] | None = None) -> Table:
     """
     try:
         with gzip.open(path, "rb") if path.endswith(".gz") else open(path, "rb") as file:
-            return _read(path, cast(BinaryIO, file), mapping)
+            yield from _read(path, cast(BinaryIO, file), mapping, fields)
     except gzip.BadGzipFile as error:
         raise UnreadableError(
             f"{path}: this is not gzip; drop the .gz from its name if it is plain text"
@@ -73,23 +91,23 @@ def write_csv(frame: DataFrame, path: str, *, compress: bool) -> None:
         frame.to_csv(packed, index=False, lineterminator="\n")
 
 
-def _read(path: str, file: BinaryIO, mapping: Mapping[str, str] | None) -> Table:
+def _read(
+    path: str, file: BinaryIO, mapping: Mapping[str, str] | None, fields: Collection[str] | None
+) -> Iterator[Table]:
     separator, header = _header(path, file.readline(LONGEST_HEADER))
-    chosen = choose_columns(path, header, mapping)
+    chosen = only(choose_columns(path, header, mapping), fields)
     dialect = Dialect(path, separator, ".", header, chosen)
-    parts: list[Signal] = []
-    empty_lines: list[int] = []
     line = 2
     for text in _blocks(file):
         if line == 2:
             dialect = dialect._replace(decimal=_decimal(separator, text))
         lines, empty = _check_shape(text, line, dialect)
-        parts.append(_parse(text, line, dialect))
-        empty_lines += empty
+        values = _parse(text, line, dialect)
+        columns = {name: values[:, k] for k, name in enumerate(chosen)}
+        yield Table(path, header, columns, _place(line, np.array(empty, int)))
         line += lines
-    parts.append(np.empty((0, len(chosen))))
-    values = {name: np.concatenate([part[:, k] for part in parts]) for k, name in enumerate(chosen)}
-    return Table(path, header, values, _place(np.array(empty_lines, int)))
+    if line == 2:
+        yield Table(path, header, {name: np.empty(0) for name in chosen}, _place(2, np.empty(0, int)))
 
 
 def _blocks(file: BinaryIO) -> Iterator[bytes]:
@@ -143,9 +161,13 @@ def _count(array: NDArray[np.uint8], character: str, ends: NDArray[np.intp]) -> 
 
 def _parse(text: bytes, first: int, dialect: Dialect) -> Signal:
     """Return the block's columns in the order of `dialect.chosen`, (n, columns)."""
+    order = list(dialect.chosen.values())
+    if len(text) < SMALL and dialect.decimal == "." and text.strip():
+        with suppress(ValueError):  # an empty cell, or anything else that is no number
+            source = io.BytesIO(text)
+            return np.loadtxt(source, delimiter=dialect.separator, comments=None, usecols=order, ndmin=2)
     import pandas as pd
 
-    order = list(dialect.chosen.values())
     try:
         frame = pd.read_csv(
             io.BytesIO(text),
@@ -176,11 +198,12 @@ def _exact_floats(pandas_version: str) -> dict[str, Any]:
     return {} if (int(major), int(minor)) >= (3, 1) else {"float_precision": "round_trip"}
 
 
-def _place(empty_lines: NDArray[np.intp]) -> Callable[[int], str]:
-    """Return the function that names a row's line; the header is line 1, and empty lines count too."""
+def _place(first: int, empty_lines: NDArray[np.intp]) -> Callable[[int], str]:
+    """Return the function that names a row's line, the block's first being `first`; empty lines count too."""
     without = empty_lines - np.arange(len(empty_lines))  # where they would be but for the empty ones before
 
     def place(row: int) -> str:
-        return f"line {row + 2 + int(np.searchsorted(without, row + 2, side='right'))}"
+        line = row + first
+        return f"line {line + int(np.searchsorted(without, line, side='right'))}"
 
     return place

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from bisect import bisect_right
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from pathlib import Path
 from typing import Final
 
@@ -67,10 +70,81 @@ def checked(table: Table) -> Table:
     """
     if not len(table.values[TIME]):
         raise UnreadableError(f"{table.path}: there is a header but no row of data; record something first")
-    for name, value in table.values.items():
-        _check_range(table, name, value)
-    _check_time(table)
-    return _without_repeated_times(table)
+    check = Check()
+    good = check.take(table)
+    return replace(good, notes=(*table.notes, *check.notes(table.path)))
+
+
+class Check:
+    """Check the tables of one file, one after the other, as if they were one."""
+
+    def __init__(self) -> None:
+        self._last, self._rows, self._repeated = -math.inf, 0, 0
+        self._standstill: UnreadableError | None = None
+
+    def take(self, table: Table) -> Table:
+        """Return the next table without the rows whose time merely repeats.
+
+        Raises
+        ------
+        UnreadableError
+            At the first value that can't be, or where time runs backwards.
+        """
+        for name, value in table.values.items():
+            _check_range(table, name, value)
+        steps = self._steps(table)
+        self._rows += len(steps)
+        keep = steps > 0
+        if keep.all():
+            return table
+        self._repeated += np.count_nonzero(~keep)
+        self._standstill = self._standstill or _stands_still(table, int(np.argmin(keep)))
+        values, rows = {name: value[keep] for name, value in table.values.items()}, np.flatnonzero(keep)
+        return replace(table, values=values, place=lambda row: table.place(int(rows[row])))
+
+    def notes(self, path: str) -> tuple[Finding, ...]:
+        """Return what was noticed in all tables of the file.
+
+        Raises
+        ------
+        UnreadableError
+            If more rows repeat the time before than a coarse clock makes.
+        """
+        if self._standstill is None:
+            return ()
+        if self._repeated > MOST_REPEATED * self._rows:
+            raise self._standstill
+        many = f"{self._repeated} of {self._rows}"
+        text = f"{Path(path).name}: {many} rows repeat the time before and were dropped."
+        return (Finding("repeated-times", "info", text),)
+
+    def _steps(self, table: Table) -> Signal:
+        """Return the time before each row; the last time of the table before counts."""
+        t = table.values[TIME]
+        missing = np.isnan(t)
+        if missing.any():
+            where = table.place(int(missing.argmax()))
+            raise UnreadableError(f"{table.path}, {where}: the time is missing; every row needs one, in s")
+        steps = np.diff(t, prepend=self._last)
+        if (steps < 0).any():
+            row = int((steps < 0).argmax())
+            before = t[row - 1] if row else self._last
+            raise _bad_time(table, row, before, "runs backwards; sort the rows or split the recording")
+        self._last = float(t[-1]) if len(t) else self._last
+        return steps
+
+
+def joined(tables: Sequence[Table]) -> Table:
+    """Return the tables of one file as one."""
+    starts = list(accumulate((len(table.values[TIME]) for table in tables), initial=0))
+    places = [table.place for table in tables]
+
+    def place(row: int) -> str:
+        which = bisect_right(starts, row, hi=len(places)) - 1
+        return places[which](row - starts[which])
+
+    values = {name: np.concatenate([table.values[name] for table in tables]) for name in tables[0].values}
+    return replace(tables[0], values=values, place=place)
 
 
 def _check_range(table: Table, name: str, value: Signal) -> None:
@@ -85,39 +159,11 @@ def _check_range(table: Table, name: str, value: Signal) -> None:
         )
 
 
-def _check_time(table: Table) -> None:
-    t = table.values[TIME]
-    missing = np.isnan(t)
-    if missing.any():
-        where = table.place(int(missing.argmax()))
-        raise UnreadableError(f"{table.path}, {where}: the time is missing; every row needs one, in s")
-    back = np.diff(t) < 0
-    if back.any():
-        _refuse_time(table, int(back.argmax()) + 1, "runs backwards; sort the rows or split the recording")
+def _stands_still(table: Table, row: int) -> UnreadableError:
+    t = float(table.values[TIME][row])
+    return _bad_time(table, row, t, "stands still; log it with more digits, or drop the repeated rows")
 
 
-def _without_repeated_times(table: Table) -> Table:
-    t = table.values[TIME]
-    keep = np.diff(t, prepend=-np.inf) > 0
-    repeated = np.count_nonzero(~keep)
-    if repeated > MOST_REPEATED * len(t):
-        row = int(np.argmin(keep))
-        _refuse_time(table, row, "stands still; log it with more digits, or drop the repeated rows")
-    if not repeated:
-        return table
-    text = f"{Path(table.path).name}: {repeated} of {len(t)} rows repeat the time before and were dropped."
-    values = {name: value[keep] for name, value in table.values.items()}
-    rows = np.flatnonzero(keep)
-    return replace(
-        table,
-        values=values,
-        place=lambda row: table.place(int(rows[row])),
-        notes=(*table.notes, Finding("repeated-times", "info", text)),
-    )
-
-
-def _refuse_time(table: Table, row: int, what: str) -> None:
-    t = table.values[TIME]
-    raise UnreadableError(
-        f"{table.path}, {table.place(row)}: the time is {t[row]:.10g} s after {t[row - 1]:.10g} s: it {what}"
-    )
+def _bad_time(table: Table, row: int, before: float, what: str) -> UnreadableError:
+    where, t = table.place(row), table.values[TIME][row]
+    return UnreadableError(f"{table.path}, {where}: the time is {t:.10g} s after {before:.10g} s: it {what}")

@@ -47,7 +47,9 @@ class AccelerometerNorm(AttitudeEstimator):
         ups, acceleration, sd = self.run(np.zeros(1), accel[None], gyro[None])
         return AttitudeState(ups[0], float(acceleration[0]), float(sd[0]))
 
-    def run(self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None) -> AttitudeRun:
+    def run(
+        self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None, *, dt: float = 0.0
+    ) -> AttitudeRun:
         """Take all samples; without one the vertical stays what it was."""
         modulus = np.linalg.norm(accel, axis=1)
         ups = np.full(accel.shape, np.nan)

@@ -47,9 +47,11 @@ class Adapter(AttitudeEstimator):
         ups, acceleration, sd = self._take(np.array([dt if self._started else 0.0]), accel[None], gyro[None])
         return AttitudeState(ups[0], float(acceleration[0]), float(sd[0]))
 
-    def run(self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None) -> AttitudeRun:
+    def run(
+        self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None, *, dt: float = 0.0
+    ) -> AttitudeRun:
         """Take all samples, going on from where the filter stands."""
-        return self._take(np.diff(t, prepend=t[:1]), accel, gyro)
+        return self._take(np.diff(t, prepend=t[:1] - dt), accel, gyro)
 
     def _take(self, dt: Signal, accel: Signal, gyro: Signal) -> AttitudeRun:
         accel, gyro = kernels.as_array(accel), kernels.as_array(gyro)

@@ -20,7 +20,7 @@ ENOUGH: Final = 8
 """Samples from which a sd is told, to a quarter of it or so with three axes (chosen by us)."""
 
 PARTS: Final = 4
-"""Parts of the alignment whose means are compared (chosen by us)."""
+"""Parts of equal length of the alignment, whose means are compared (chosen by us)."""
 
 
 def align(t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, *, duration: float = 1.0) -> Alignment:
@@ -54,8 +54,9 @@ def align(t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, *, duration: float = 
     """
     t = np.asarray(t, float)
     early = t - t[:1] < duration
-    force = _samples("accelerometer", accel, early, duration)
-    rate = _samples("gyro", gyro, early, duration)
+    part = np.floor((t[early] - t[:1]) / duration * PARTS + 1e-6)  # a clock's rounding decides nothing
+    force, force_part = _samples("accelerometer", accel, early, part, duration)
+    rate, rate_part = _samples("gyro", gyro, early, part, duration)
     mean = force.mean(axis=0)
     modulus = float(np.linalg.norm(mean))
     if modulus < STANDARD_GRAVITY / 2:
@@ -69,16 +70,16 @@ def align(t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, *, duration: float = 
         gravity=float(np.linalg.norm(force, axis=1).mean()),
         accel_sd=_sample_sd(force),
         gyro_sd=_sample_sd(rate),
-        gravity_sd=_mean_sd(np.linalg.norm(force, axis=1)[:, None]),
-        gyro_bias_sd=_mean_sd(rate),
+        gravity_sd=_mean_sd(np.linalg.norm(force, axis=1)[:, None], force_part),
+        gyro_bias_sd=_mean_sd(rate, rate_part),
     )
 
 
-def _mean_sd(rows: NDArray[np.float64]) -> float:
+def _mean_sd(rows: NDArray[np.float64], part: NDArray[np.float64]) -> float:
     """Return the sd of the mean of each column, from how the means of parts differ, NaN if it can't be told."""
-    if len(rows) < ENOUGH:
+    means = np.array([rows[part == number].mean(axis=0) for number in np.unique(part)])
+    if len(rows) < ENOUGH or len(means) < PARTS:
         return math.nan
-    means = np.array([part.mean(axis=0) for part in np.array_split(rows, PARTS)])
     return float(np.sqrt(means.var(axis=0, ddof=1).mean() / PARTS))
 
 
@@ -90,16 +91,21 @@ def _sample_sd(rows: NDArray[np.float64]) -> float:
 
 
 def _samples(
-    sensor: str, values: ArrayLike, early: NDArray[np.bool_], duration: float
-) -> NDArray[np.float64]:
+    sensor: str,
+    values: ArrayLike,
+    early: NDArray[np.bool_],
+    part: NDArray[np.float64],
+    duration: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the rows with a sample, and the part of the alignment that each lies in."""
     rows: NDArray[np.float64] = np.asarray(values, float)[early]
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    if len(rows) == 0:
+    there = np.isfinite(rows).all(axis=1)
+    if not there.any():
         raise ValueError(
             f"there is no {sensor} sample in the first {duration:g} s; align over a longer duration or cut "
             "the recording to where the sensor starts"
         )
-    return rows
+    return rows[there], part[there]
 
 
 def _triple(v: NDArray[np.float64]) -> tuple[float, float, float]:

@@ -1,9 +1,11 @@
 """Compiled matrices and loops of the attitude filters.
 
-The functions `fill_*` write the matrices of the two filters, each once, into arrays that exist already; the
-filterpy classes call them for one step, the loops `run_*` for a whole recording.  The loops follow
-`filterpy.kalman`'s predict and update to rounding: with a diagonal R the measurement vector may be taken one
-component after the other, so that no matrix is inverted and a rejected component is merely passed over.
+The functions `fill_*` write the matrices of the two filters into arrays that exist already, for filterpy's
+own predict and update.  The loops `run_*` compute the same to rounding, for a recording or a single step,
+from what is special about these matrices: blocks, rotations, symmetry.  State and covariance are tuples of
+numbers there, which the compiler keeps in registers; of a symmetric matrix the upper triangle, row after row.
+With a diagonal R the measurement vector is taken one component after the other, so that no matrix is inverted
+and a rejected component is merely passed over.
 
 Nothing is allocated within a loop.  Letters are the papers'; the equations stand in `quaternion_ekf` and
 `tilt_kalman`.  Everything compiled is in this one file, because numba's cache watches no other.
@@ -55,6 +57,14 @@ class TiltSettings(NamedTuple):
 def as_array(values: ArrayLike) -> Array:
     """Return a copy in the one layout that is compiled for: floats, writeable, row after row."""
     return np.array(values, dtype=float, order="C")
+
+
+def as_rows(values: ArrayLike, width: int = 0) -> Array:
+    """Return the values as a read-only view, (n,) or (n, `width`), without a copy where that can be."""
+    rows = np.ascontiguousarray(values, float)
+    rows = rows.reshape(-1, width) if width else rows.view()
+    rows.flags.writeable = False
+    return rows
 
 
 @njit(cache=True)
@@ -118,27 +128,32 @@ def hold_last(rows: Array, last: Array) -> None:
             rows[k] = last
 
 
-@njit(cache=True)
-def forget_rate(held: Array, dt: float) -> bool:
-    """Grow older by `dt`; return whether the last gyro sample is too old to be held, and then forget it.
-
-    `held`, shape (4,), is the rate in use and the time since its sample.
-    """
-    held[3] += dt
-    if held[3] <= LONGEST_HOLD:
-        return False
-    held[:3] = 0.0
-    return True
+@inlined
+def forget_rate(held: Vector, dt: float) -> Vector:
+    """Return `held`, the rate in use and the time since its sample, `dt` later: too old, it is forgotten."""
+    if held[3] + dt <= LONGEST_HOLD:
+        return held[0], held[1], held[2], held[3] + dt
+    return 0.0, 0.0, 0.0, held[3] + dt
 
 
-@njit(cache=True)
-def take_rate(held: Array, gyro: Array, bias: Array) -> None:
-    """Take gyro - bias for the next interval; without a sample, hold.  A lost tilt stays lost."""
-    if is_sample(gyro):
-        for i in range(3):
-            held[i] = gyro[i] - bias[i]
-        if held[3] <= LONGEST_HOLD:
-            held[3] = 0.0
+@inlined
+def is_lost(held: Vector) -> bool:
+    """Return whether the tilt is lost, because the last gyro sample was too old."""
+    return held[3] > LONGEST_HOLD
+
+
+@inlined
+def take_rate(held: Vector, gyro: Array, bias: Array) -> Vector:
+    """Return `held` with gyro - bias for the next interval, if there is a sample.  A lost tilt stays lost."""
+    if not is_sample(gyro):
+        return held[0], held[1], held[2], held[3]
+    return gyro[0] - bias[0], gyro[1] - bias[1], gyro[2] - bias[2], held[3] if is_lost(held) else 0.0
+
+
+@inlined
+def levelled(held: Vector) -> Vector:
+    """Return `held` when the tilt has been found again."""
+    return held[0], held[1], held[2], 0.0
 
 
 @njit(cache=True)
@@ -155,9 +170,17 @@ def normalise(v: Array) -> None:
 @njit(cache=True)
 def fill_up(up: Array, q: Array) -> None:
     """Write the vertical in body axes: the last row of C^nb [SG14, Eq. 23, sign corrected]."""
-    up[0] = 2.0 * (q[0] * q[2] - q[1] * q[3])
-    up[1] = 2.0 * (q[1] * q[2] + q[0] * q[3])
-    up[2] = 1.0 - 2.0 * (q[0] * q[0] + q[1] * q[1])
+    up[0], up[1], up[2] = upward(q)
+
+
+@inlined
+def upward(q: Vector) -> Vector:
+    """Return what `fill_up` writes."""
+    return (
+        2.0 * (q[0] * q[2] - q[1] * q[3]),
+        2.0 * (q[1] * q[2] + q[0] * q[3]),
+        1.0 - 2.0 * (q[0] * q[0] + q[1] * q[1]),
+    )
 
 
 @njit(cache=True)
@@ -175,7 +198,7 @@ def up_gradient(q: Vector, c: int) -> Vector:
         return 2 * q[2], -2 * q[3], 2 * q[0], -2 * q[1]
     if c == 1:
         return 2 * q[3], 2 * q[2], 2 * q[1], 2 * q[0]
-    return -4 * q[0], -4 * q[1], 0.0 * q[2], 0.0 * q[3]
+    return -4 * q[0], -4 * q[1], 0.0, 0.0
 
 
 @njit(cache=True)
@@ -204,15 +227,16 @@ def fill_turn_covariance(P: Array, q: Array, sd: float) -> None:
 
 
 @njit(cache=True)
-def level_quaternion(x: Array, P: Array, held: Array, accel: Array, sd: float) -> None:
-    """Level q by this specific force, with P0's `sd`; free fall has no vertical.
+def level_quaternion(x: Array, P: Array, accel: Array, sd: float) -> bool:
+    """Level q by this specific force, with P0's `sd`; return False in free fall, which has no vertical.
 
     A wide covariance would be wrong here: a single component inside the gate could then turn the tilt away.
     """
-    if accel.any():
-        fill_level(x[:4], accel)
-        fill_turn_covariance(P, x[:4], sd)
-        held[3] = 0.0
+    if not accel.any():
+        return False
+    fill_level(x[:4], accel)
+    fill_turn_covariance(P, x[:4], sd)
+    return True
 
 
 @njit(cache=True)
@@ -246,10 +270,7 @@ def fill_quaternion_noise(Q: Array, x: Array, P: Array, dt: float, s: EkfSetting
 
 
 class EkfBelief(NamedTuple):
-    """State (q, b) and covariance [[P_qq, P_qb], [P_qb', P_bb]] of `QuaternionEkf`, as numbers in registers.
-
-    Of the symmetric blocks there is the upper triangle, row after row.
-    """
+    """State (q, b) and covariance [[P_qq, P_qb], [P_qb', P_bb]] of `QuaternionEkf`."""
 
     q: Vector
     b: Vector
@@ -281,32 +302,33 @@ def run_quaternion_ekf(
 
     x, P, held go on, the last three are filled.
     """
-    belief = load_belief(x, P)
+    belief, now = load_belief(x, P), (held[0], held[1], held[2], held[3])
     for k in range(len(t)):
         dt = t[k] - before
         before = t[k]
         f, up = accel[k], ups[k]
-        lost = forget_rate(held, dt)
-        belief = predict_quaternion(belief, held, dt, s)
+        now = forget_rate(now, dt)
+        belief = predict_quaternion(belief, now, dt, s)
         new = is_sample(f)
-        if new and lost:
+        if new and is_lost(now):
             store_belief(belief, x, P)
-            level_quaternion(x, P, held, f, s.initial_quaternion_sd)
+            if level_quaternion(x, P, f, s.initial_quaternion_sd):
+                now = levelled(now)
             belief = load_belief(x, P)
         elif new:
-            fill_up(up, belief.q)
-            belief = correct_quaternion(belief, f, up, gravity, s)
+            belief = correct_quaternion(belief, f, gravity, s)
         fill_up(up, belief.q)
         vertical[k] = vertical_sd[k] = math.nan
         if new:
             vertical[k] = f[0] * up[0] + f[1] * up[1] + f[2] * up[2] - gravity
             vertical_sd[k] = math.sqrt(max(lean_variance(belief, f, up) + s.accel_noise_sd**2, 0.0))
-        take_rate(held, gyro[k], gyro_bias)
+        now = take_rate(now, gyro[k], gyro_bias)
     store_belief(belief, x, P)
+    held[0], held[1], held[2], held[3] = now
 
 
 @inlined
-def predict_quaternion(belief: EkfBelief, held: Array, dt: float, s: EkfSettings) -> EkfBelief:
+def predict_quaternion(belief: EkfBelief, held: Vector, dt: float, s: EkfSettings) -> EkfBelief:
     """Let x = F x and P = F P F' + Q, with F = [[F_q, 0], [0, exp(-alpha dt) I]] [SG14, Eqs. 2-12].
 
     Block by block: F_q P_qq F_q' + Q_q, F_q P_qb exp(-alpha dt), P_bb exp(-2 alpha dt) + Q_b I.
@@ -341,49 +363,54 @@ def predict_quaternion(belief: EkfBelief, held: Array, dt: float, s: EkfSettings
 
 
 @inlined
-def correct_quaternion(
-    belief: EkfBelief, f: Array, up: Array, gravity: float, s: EkfSettings
-) -> EkfBelief:
-    """Take the components of the specific force `f` within the gate, and give q unit length [Eqs. 17-21].
+def correct_quaternion(belief: EkfBelief, f: Array, gravity: float, s: EkfSettings) -> EkfBelief:
+    """Take the components of the specific force `f` that lie within the gate; then |q| = 1 [Eqs. 17-21].
 
-    All are linearised about the predicted state, whose vertical is `up`: y_c = f_c - g up_c - b_c.
+    f = g up(q) + b, H = [h, I] with h = g d up/d q, and [m_c; n_c] is column c of P H'.  S = H P H' + R is
+    taken apart as L D L', so that its components come one after the other: what the first says about the
+    second and third is taken from these.  A component beyond the gate says nothing, its share 1/D is 0.
     """
-    start = belief
-    for c in range(3):
-        y = f[c] - gravity * up[c] - start.b[c]
-        if abs(y) <= s.gate:
-            h = scaled4(gravity, up_gradient(start.q, c))
-            y += dot4(h, minus4(start.q, belief.q)) + (start.b[c] - belief.b[c])
-            belief = take_component(belief, c, h, y, s.accel_noise_sd**2)
+    q, P, G, B = belief.q, belief.P_qq, belief.P_qb, belief.P_bb
+    up, r = upward(q), s.accel_noise_sd**2
+    h0, h1 = scaled4(gravity, up_gradient(q, 0)), scaled4(gravity, up_gradient(q, 1))
+    h2 = scaled4(gravity, up_gradient(q, 2))
+    m0, m1 = plus4(times4(P, h0), 1.0, G[0]), plus4(times4(P, h1), 1.0, G[1])
+    m2 = plus4(times4(P, h2), 1.0, G[2])
+    n0 = dot4(G[0], h0) + B[0], dot4(G[1], h0) + B[1], dot4(G[2], h0) + B[2]
+    n1 = dot4(G[0], h1) + B[1], dot4(G[1], h1) + B[3], dot4(G[2], h1) + B[4]
+    n2 = dot4(G[0], h2) + B[2], dot4(G[1], h2) + B[4], dot4(G[2], h2) + B[5]
+    y0, y1, y2 = f[0] - gravity * up[0], f[1] - gravity * up[1], f[2] - gravity * up[2]
+    y0, y1, y2 = y0 - belief.b[0], y1 - belief.b[1], y2 - belief.b[2]
+    near0, near1, near2 = abs(y0) <= s.gate, abs(y1) <= s.gate, abs(y2) <= s.gate
+
+    share0 = 1 / (dot4(h0, m0) + n0[0] + r) if near0 else 0.0
+    S10, S20, S21 = dot4(h0, m1) + n1[0], dot4(h0, m2) + n2[0], dot4(h1, m2) + n2[1]
+    L10, L20 = share0 * S10, share0 * S20
+    share1 = 1 / (dot4(h1, m1) + n1[1] + r - L10 * S10) if near1 else 0.0
+    L21 = share1 * (S21 - L10 * S20)
+    D2 = dot4(h2, m2) + n2[2] + r - L20 * S20 - L21 * (S21 - L10 * S20)
+    share2 = 1 / D2 if near2 else 0.0
+
+    m1, n1, y1 = plus4(m1, -L10, m0), plus3(n1, -L10, n0), y1 - L10 * y0
+    m2, n2, y2 = plus4(m2, -L20, m0), plus3(n2, -L20, n0), y2 - L20 * y0
+    m2, n2, y2 = plus4(m2, -L21, m1), plus3(n2, -L21, n1), y2 - L21 * y1
+    belief = take_component(belief, m0, n0, share0, share0 * y0)
+    belief = take_component(belief, m1, n1, share1, share1 * y1)
+    belief = take_component(belief, m2, n2, share2, share2 * y2)
     unit = scaled4(1 / math.sqrt(dot4(belief.q, belief.q)), belief.q)
     return EkfBelief(unit, belief.b, belief.P_qq, belief.P_qb, belief.P_bb)
 
 
 @inlined
-def take_component(belief: EkfBelief, c: int, h: Vector, y: float, r: float) -> EkfBelief:
-    """Take one scalar measurement with innovation `y` and variance `r`; its row of H is (h, e_c').
-
-    With m = P H' = (m_q, m_b) and s = H m + r: x = x + m y/s, P = P - m m'/s (Joseph's form, with m/s put in).
-    """
-    G, B = belief.P_qb, belief.P_bb
-    column = (B[0], B[1], B[2]) if c == 0 else ((B[1], B[3], B[4]) if c == 1 else (B[2], B[4], B[5]))
-    m = plus4(times4(belief.P_qq, h), 1.0, G[c])
-    n = dot4(G[0], h) + column[0], dot4(G[1], h) + column[1], dot4(G[2], h) + column[2]
-    share = 1 / (dot4(h, m) + n[c] + r)
-    k0, k1, k2 = share * n[0], share * n[1], share * n[2]
+def take_component(belief: EkfBelief, m: Vector, n: Vector, share: float, y: float) -> EkfBelief:
+    """Let x = x + [m; n] y and P = P - [m; n] share [m; n]': Joseph's form, with the optimal gain put in."""
+    G = belief.P_qb
     return EkfBelief(
-        plus4(belief.q, share * y, m),
-        (belief.b[0] + k0 * y, belief.b[1] + k1 * y, belief.b[2] + k2 * y),
+        plus4(belief.q, y, m),
+        plus3(belief.b, y, n),
         plus_outer4(belief.P_qq, -share, m),
-        (plus4(G[0], -k0, m), plus4(G[1], -k1, m), plus4(G[2], -k2, m)),
-        (
-            B[0] - k0 * n[0],
-            B[1] - k0 * n[1],
-            B[2] - k0 * n[2],
-            B[3] - k1 * n[1],
-            B[4] - k1 * n[2],
-            B[5] - k2 * n[2],
-        ),
+        (plus4(G[0], -share * n[0], m), plus4(G[1], -share * n[1], m), plus4(G[2], -share * n[2], m)),
+        plus_outer3(belief.P_bb, -share, n),
     )
 
 
@@ -398,20 +425,28 @@ def lean_variance(belief: EkfBelief, f: Array, up: Array) -> float:
 
 
 @inlined
-def half_turn(held: Array, dt: float) -> Vector:
-    """Return (cos(|w| dt/2), w sin(|w| dt/2)/|w|): the turn in dt as a quaternion, scalar *first*.
-
-    Up to a quarter of a radian (29 turns... ) by the series in u = (|w| dt/2)², whose next term is below 1e-16.
-    """
+def half_turn(held: Vector, dt: float) -> Vector:
+    """Return (cos(|w| dt/2), w sin(|w| dt/2)/|w|): the turn in dt as a quaternion, scalar *first*."""
     p, q, r = held[0], held[1], held[2]
     u = (p * p + q * q + r * r) * (dt * dt / 4)
-    if u < 1 / 16:
-        c = 1 - u / 2 * (1 - u / 12 * (1 - u / 30 * (1 - u / 56 * (1 - u / 90 * (1 - u / 132)))))
-        s = 1 - u / 6 * (1 - u / 20 * (1 - u / 42 * (1 - u / 72 * (1 - u / 110 * (1 - u / 156)))))
-    else:
-        c, s = math.cos(math.sqrt(u)), math.sin(math.sqrt(u)) / math.sqrt(u)
-    s *= dt / 2
-    return c, s * p, s * q, s * r
+    s = sine(u) * dt / 2
+    return 1 - u * versine(u), s * p, s * q, s * r
+
+
+@inlined
+def sine(u: float) -> float:
+    """Return sin(a)/a of u = a²: by its series for a < 1/2, which leaves out a^14/15!, less than 5e-17."""
+    if u < 1 / 4:
+        return 1 - u / 6 * (1 - u / 20 * (1 - u / 42 * (1 - u / 72 * (1 - u / 110 * (1 - u / 156)))))
+    return math.sin(math.sqrt(u)) / math.sqrt(u)
+
+
+@inlined
+def versine(u: float) -> float:
+    """Return (1 - cos(a))/a² of u = a², without loss of digits; as `sine`."""
+    if u < 1 / 4:
+        return (1 - u / 12 * (1 - u / 30 * (1 - u / 56 * (1 - u / 90 * (1 - u / 132 * (1 - u / 182)))))) / 2
+    return 2 * (math.sin(math.sqrt(u) / 2) / math.sqrt(u)) ** 2
 
 
 @inlined
@@ -471,21 +506,19 @@ def plus_outer4(P: Vector, a: float, v: Vector) -> Vector:
 
 @inlined
 def dot4(v: Vector, w: Vector) -> float:
+    """Return v . w."""
     return (v[0] * w[0] + v[1] * w[1]) + (v[2] * w[2] + v[3] * w[3])
 
 
 @inlined
 def plus4(v: Vector, a: float, w: Vector) -> Vector:
+    """Return v + a w."""
     return v[0] + a * w[0], v[1] + a * w[1], v[2] + a * w[2], v[3] + a * w[3]
 
 
 @inlined
-def minus4(v: Vector, w: Vector) -> Vector:
-    return v[0] - w[0], v[1] - w[1], v[2] - w[2], v[3] - w[3]
-
-
-@inlined
 def scaled4(a: float, v: Vector) -> Vector:
+    """Return a v."""
     return a * v[0], a * v[1], a * v[2], a * v[3]
 
 
@@ -524,13 +557,14 @@ def store_belief(belief: EkfBelief, x: Array, P: Array) -> None:
 
 
 @njit(cache=True)
-def level_vertical(Z: Array, P: Array, held: Array, accel: Array) -> None:
-    """Level Z by this specific force, with the covariance of levelling; free fall has no vertical."""
-    if accel.any():
-        Z[:] = accel
-        normalise(Z)
-        fill_tilt_noise(P, Z, 1.0, LEVELLING_SD)
-        held[3] = 0.0
+def level_vertical(Z: Array, P: Array, accel: Array) -> bool:
+    """Level Z by this specific force, with the covariance of levelling; return False in free fall."""
+    if not accel.any():
+        return False
+    Z[:] = accel
+    normalise(Z)
+    fill_tilt_noise(P, Z, 1.0, LEVELLING_SD)
+    return True
 
 
 @njit(cache=True)
@@ -565,9 +599,19 @@ def tilt_measurement_variance(external: Array, s: TiltSettings) -> float:
     return float(s.acceleration_memory**2 / 3 * square + s.accel_noise_sd**2)
 
 
-@njit(cache=True)
+class TiltBelief(NamedTuple):
+    """State Z, its covariance and the external acceleration of `TiltKalman`."""
+
+    Z: Vector
+    P: Vector
+    """3 x 3, six numbers."""
+    external: Vector
+
+
+@fused
 def run_tilt_kalman(
-    dt: Array,
+    t: Array,
+    before: float,
     accel: Array,
     gyro: Array,
     gyro_bias: Array,
@@ -581,31 +625,144 @@ def run_tilt_kalman(
     vertical: Array,
     vertical_sd: Array,
 ) -> None:
-    """Run Lee16's filter over all samples; x, P, held, external go on, the last three are filled."""
-    F, Q, work, J = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.eye(3)
-    h, z = np.zeros(3), np.zeros(3)
-    for k in range(len(dt)):
+    """Run Lee16's filter over all samples, the first of which comes at t[0] - `before`.
+
+    x, P, held, external go on, the last three are filled.
+    """
+    belief, now = load_tilt(x, P, external), (held[0], held[1], held[2], held[3])
+    for k in range(len(t)):
+        dt = t[k] - before
+        before = t[k]
         f = accel[k]
-        lost = forget_rate(held, dt[k])
-        fill_tilt_transition(F, held, dt[k], s.exponential)
-        fill_tilt_noise(Q, x, dt[k], s.gyro_noise_sd)
-        predict(x, P, F, Q, work)
-        vertical[k] = vertical_sd[k] = math.nan
+        now = forget_rate(now, dt)
+        belief = predict_tilt(belief, now, dt, s)
         new = is_sample(f)
-        if new and lost:
-            level_vertical(x, P, held, f)
+        if new and is_lost(now):
+            store_tilt(belief, x, P, external)
+            if level_vertical(x, P, f):
+                now = levelled(now)
+            belief = load_tilt(x, P, external)
         elif new:
-            r = tilt_measurement_variance(external, s)
-            for c in range(3):
-                z[c] = f[c] - s.acceleration_memory * external[c]
-            for c in range(3):
-                h[:] = 0.0
-                h[c] = gravity
-                update(x, P, h, z[c] - gravity * x[c], r, work)
-        normalise(x)
+            belief = correct_tilt(belief, f, gravity, s)
+        Z = scaled3(1 / math.sqrt(dot3(belief.Z, belief.Z)), belief.Z)
+        a, vertical[k], vertical_sd[k] = belief.external, math.nan, math.nan
         if new:
-            for c in range(3):
-                external[c] = f[c] - gravity * x[c]
-            vertical[k], vertical_sd[k] = vertical_acceleration(f, x, J, P, gravity, s.accel_noise_sd)
-        ups[k] = x
-        take_rate(held, gyro[k], gyro_bias)
+            along = f[0] * Z[0] + f[1] * Z[1] + f[2] * Z[2]
+            across = f[0] - along * Z[0], f[1] - along * Z[1], f[2] - along * Z[2]
+            a = f[0] - gravity * Z[0], f[1] - gravity * Z[1], f[2] - gravity * Z[2]
+            vertical[k] = along - gravity
+            variance = dot3(across, times3(belief.P, across)) + s.accel_noise_sd**2
+            vertical_sd[k] = math.sqrt(max(variance, 0.0))
+        belief = TiltBelief(Z, belief.P, a)
+        ups[k, 0], ups[k, 1], ups[k, 2] = Z
+        now = take_rate(now, gyro[k], gyro_bias)
+    store_tilt(belief, x, P, external)
+    held[0], held[1], held[2], held[3] = now
+
+
+@inlined
+def predict_tilt(belief: TiltBelief, held: Vector, dt: float, s: TiltSettings) -> TiltBelief:
+    """Let Z = F Z and P = F P F' + Q, Q = dt² sd² (|Z|² I - Z Z') [Lee16, Eqs. 3, 6a]."""
+    p, q, r = held[0], held[1], held[2]
+    u = (p * p + q * q + r * r) * (dt * dt)
+    m, n = (sine(u) * dt, versine(u) * (dt * dt)) if s.exponential else (dt, 0.0)
+    a = 1 - n * (q * q + r * r), m * r + n * p * q, -m * q + n * p * r
+    b = -m * r + n * p * q, 1 - n * (p * p + r * r), m * p + n * q * r
+    c = m * q + n * p * r, -m * p + n * q * r, 1 - n * (p * p + q * q)
+    P, Z = belief.P, belief.Z
+    A, B, C = times3(P, a), times3(P, b), times3(P, c)
+    variance = (dt * s.gyro_noise_sd) ** 2
+    square = variance * dot3(Z, Z)
+    F_P_F = (
+        dot3(a, A) + square,
+        dot3(a, B),
+        dot3(a, C),
+        dot3(b, B) + square,
+        dot3(b, C),
+        dot3(c, C) + square,
+    )
+    return TiltBelief((dot3(a, Z), dot3(b, Z), dot3(c, Z)), plus_outer3(F_P_F, -variance, Z), belief.external)
+
+
+@inlined
+def correct_tilt(belief: TiltBelief, f: Array, gravity: float, s: TiltSettings) -> TiltBelief:
+    """Take z = f - c_a a, one component after the other, with H = g I [Lee16, Eqs. 4-6b]."""
+    a, r = belief.external, tilt_measurement_variance(belief.external, s)
+    c_a = s.acceleration_memory
+    belief = take_tilt(belief, 0, f[0] - c_a * a[0], gravity, r)
+    belief = take_tilt(belief, 1, f[1] - c_a * a[1], gravity, r)
+    return take_tilt(belief, 2, f[2] - c_a * a[2], gravity, r)
+
+
+@inlined
+def take_tilt(belief: TiltBelief, c: int, z: float, gravity: float, r: float) -> TiltBelief:
+    """Take component c of z, of variance `r`.
+
+    With m = P H = g P e_c and s = g m_c + r: Z = Z + m y/s, P = P - m m'/s.
+    """
+    P = belief.P
+    column = (P[0], P[1], P[2]) if c == 0 else ((P[1], P[3], P[4]) if c == 1 else (P[2], P[4], P[5]))
+    m = scaled3(gravity, column)
+    share = 1 / (gravity * m[c] + r)
+    Z = plus3(belief.Z, share * (z - gravity * belief.Z[c]), m)
+    return TiltBelief(Z, plus_outer3(P, -share, m), belief.external)
+
+
+@inlined
+def times3(P: Vector, v: Vector) -> Vector:
+    """Return P v for a symmetric P, 3 x 3."""
+    return (
+        P[0] * v[0] + P[1] * v[1] + P[2] * v[2],
+        P[1] * v[0] + P[3] * v[1] + P[4] * v[2],
+        P[2] * v[0] + P[4] * v[1] + P[5] * v[2],
+    )
+
+
+@inlined
+def plus_outer3(P: Vector, a: float, v: Vector) -> Vector:
+    """Return P + a v v' for a symmetric P, 3 x 3."""
+    a0, a1, a2 = a * v[0], a * v[1], a * v[2]
+    return (
+        P[0] + a0 * v[0],
+        P[1] + a0 * v[1],
+        P[2] + a0 * v[2],
+        P[3] + a1 * v[1],
+        P[4] + a1 * v[2],
+        P[5] + a2 * v[2],
+    )
+
+
+@inlined
+def dot3(v: Vector, w: Vector) -> float:
+    """Return v . w."""
+    return v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
+
+
+@inlined
+def plus3(v: Vector, a: float, w: Vector) -> Vector:
+    """Return v + a w."""
+    return v[0] + a * w[0], v[1] + a * w[1], v[2] + a * w[2]
+
+
+@inlined
+def scaled3(a: float, v: Vector) -> Vector:
+    """Return a v."""
+    return a * v[0], a * v[1], a * v[2]
+
+
+@fused
+def load_tilt(x: Array, P: Array, external: Array) -> TiltBelief:
+    """Take the numbers out of the arrays."""
+    upper = P[0, 0], P[0, 1], P[0, 2], P[1, 1], P[1, 2], P[2, 2]
+    return TiltBelief((x[0], x[1], x[2]), upper, (external[0], external[1], external[2]))
+
+
+@fused
+def store_tilt(belief: TiltBelief, x: Array, P: Array, external: Array) -> None:
+    """Put the numbers back."""
+    k = 0
+    for i in range(3):
+        x[i], external[i] = belief.Z[i], belief.external[i]
+        for j in range(i, 3):
+            P[i, j] = P[j, i] = belief.P[k]
+            k += 1

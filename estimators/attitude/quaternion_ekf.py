@@ -15,7 +15,7 @@ As printed and as used:
   transpose.  Eqs. 18 and 33 agree with that.
 * Eq. 7 is 0/0 for alpha = 0, the value of Table 1; its limit T sigma² is used there.
 * Eq. 12 wants the predicted covariance before it exists; the last updated q and P are used.
-* Eq. 20 loses symmetry to rounding; the Joseph form is used.
+* Eq. 20 loses symmetry to rounding; filterpy takes the Joseph form, the compiled loop half of a symmetric P.
 * Eq. 22 is positive down in the paper's NED frame; here z is up and g^n = (0, 0, -g).
 * After half a second without gyro samples the tilt is lost, and the next specific force gives it anew: the
   gate would never readmit the accelerometer.
@@ -100,39 +100,65 @@ class QuaternionEkf(AttitudeEstimator, ExtendedKalmanFilter):
         self.F, self.Q = np.eye(7), np.zeros((7, 7))
         self.R = s.accel_noise_sd**2 * np.eye(3)
         self.z, self.y, self.K = np.full(3, np.nan), np.zeros(3), np.zeros((7, 3))
-        self.held = np.zeros(4)
-        self._started = False
+        self.held, self._started = np.zeros(4), False
+        self._gyro_bias = np.array(self.alignment.gyro_bias)
 
     def step(
         self, *, dt: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
     ) -> AttitudeState:
-        """Predict with the previous rate, correct with the accelerometer; see `AttitudeEstimator.step`."""
+        """Predict with the previous rate, correct with the accelerometer; see `AttitudeEstimator.step`.
+
+        Compiled, and leaves F, Q, K, y, S alone; `step_by_filterpy` is the same and fills them.
+        """
+        up, vertical, sd = self._take(np.array([dt if self._started else 0.0]), 0.0, accel, gyro)
+        return AttitudeState(up[0], float(vertical[0]), float(sd[0]))
+
+    def step_by_filterpy(
+        self, *, dt: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
+    ) -> AttitudeState:
+        """Do what `step` does, by filterpy's own `predict` and `update`: the compiled loop's reference."""
         s, dt = self.settings, dt if self._started else 0.0
         accel, gyro = kernels.as_array(accel), kernels.as_array(gyro)
-        lost = kernels.forget_rate(self.held, dt)
+        self.held[:] = kernels.forget_rate(self.held, dt)
         kernels.fill_quaternion_transition(self.F, self.held, dt, s.bias_decay)
         kernels.fill_quaternion_noise(self.Q, self.x, self.P, dt, s)
         self.predict()
-        if kernels.is_sample(accel) and lost:
-            kernels.level_quaternion(self.x, self.P, self.held, accel, s.initial_quaternion_sd)
+        if kernels.is_sample(accel) and kernels.is_lost(self.held):
+            if kernels.level_quaternion(self.x, self.P, accel, s.initial_quaternion_sd):
+                self.held[:] = kernels.levelled(self.held)
         elif kernels.is_sample(accel):
             self.update(accel, self._selected_jacobian, self._force, args=(accel,))
             kernels.normalise(self.x[:4])
         self.x_post, self.P_post = self.x.copy(), self.P.copy()
-        kernels.take_rate(self.held, gyro, np.array(self.alignment.gyro_bias))
+        self.held[:] = kernels.take_rate(self.held, gyro, self._gyro_bias)
         self._started = True
         return self._state(accel)
 
-    def run(self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None) -> AttitudeRun:
+    def run(
+        self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None, *, dt: float = 0.0
+    ) -> AttitudeRun:
         """Take all samples, compiled; the filter then stands where the last `step` would leave it."""
-        n, accel, gyro = len(t), kernels.as_array(accel), kernels.as_array(gyro)
+        return self._take(t, float(t[0]) - dt if len(t) else 0.0, accel, gyro)
+
+    def _take(self, t: Signal, before: float, accel: Signal, gyro: Signal) -> AttitudeRun:
+        """Take samples, the first of them t[0] - before after what came before it."""
+        n, t = len(t), kernels.as_rows(t)
         out = AttitudeRun(np.empty((n, 3)), np.empty(n), np.empty(n))
-        dt = np.diff(t, prepend=t[:1])
-        bias, gravity = np.array(self.alignment.gyro_bias), self.alignment.gravity
         kernels.run_quaternion_ekf(
-            dt, accel, gyro, bias, gravity, self.settings, self.x, self.P, self.held, *out
+            t,
+            before,
+            kernels.as_rows(accel, 3),
+            kernels.as_rows(gyro, 3),
+            self._gyro_bias,
+            self.alignment.gravity,
+            self.settings,
+            self.x,
+            self.P,
+            self.held,
+            *out,
         )
         self._started = self._started or n > 0
+        self.x_post, self.P_post = self.x.copy(), self.P.copy()
         return out
 
     def _force(self, x: Signal) -> Signal:

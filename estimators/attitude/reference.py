@@ -56,7 +56,9 @@ class ReferenceAttitude(AttitudeEstimator):
         ups, acceleration, sd = self.run(np.zeros(1), accel[None], gyro[None], rows)
         return AttitudeState(ups[0], float(acceleration[0]), float(sd[0]))
 
-    def run(self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None) -> AttitudeRun:
+    def run(
+        self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None, *, dt: float = 0.0
+    ) -> AttitudeRun:
         """Take all samples; where an attitude is NaN the vertical stays what it was.
 
         Raises

@@ -186,9 +186,11 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
         out = self._take(np.array([dt if self._started else 0.0]), accel[None], gyro[None])
         return AttitudeState(out.up[0], float(out.acceleration[0]), float(out.acceleration_sd[0]))
 
-    def run(self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None) -> AttitudeRun:
+    def run(
+        self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None, *, dt: float = 0.0
+    ) -> AttitudeRun:
         """Take all samples, going on from where the filter stands."""
-        return self._take(np.diff(t, prepend=t[:1]), accel, gyro)
+        return self._take(np.diff(t, prepend=t[:1] - dt), accel, gyro)
 
     def memory(self) -> RobustState:
         """Return what the filter remembers, by name; the arrays themselves, not copies."""

@@ -95,38 +95,64 @@ class TiltKalman(AttitudeEstimator, KalmanFilter):
         self.H = self.alignment.gravity * np.eye(3)
         self.z, self.y = np.full(3, np.nan), np.zeros(3)
         self.held, self.external = np.zeros(4), np.zeros(3)
-        self._started = False
+        self._started, self._gyro_bias = False, np.array(self.alignment.gyro_bias)
 
     def step(
         self, *, dt: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
     ) -> AttitudeState:
-        """Predict with the previous rate, correct with the accelerometer; see `AttitudeEstimator.step`."""
+        """Predict with the previous rate, correct with the accelerometer; see `AttitudeEstimator.step`.
+
+        Compiled, and leaves F, Q, R, K, y, S alone; `step_by_filterpy` is the same and fills them.
+        """
+        up, vertical, sd = self._take(np.array([dt if self._started else 0.0]), 0.0, accel, gyro)
+        return AttitudeState(up[0], float(vertical[0]), float(sd[0]))
+
+    def step_by_filterpy(
+        self, *, dt: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
+    ) -> AttitudeState:
+        """Do what `step` does, by filterpy's own `predict` and `update`: the compiled loop's reference."""
         s, dt = self.settings, dt if self._started else 0.0
         accel, gyro = kernels.as_array(accel), kernels.as_array(gyro)
-        lost = kernels.forget_rate(self.held, dt)
+        self.held[:] = kernels.forget_rate(self.held, dt)
         kernels.fill_tilt_transition(self.F, self.held, dt, s.exponential)
         kernels.fill_tilt_noise(self.Q, self.x, dt, s.gyro_noise_sd)
         self.predict()
-        if kernels.is_sample(accel) and lost:
-            kernels.level_vertical(self.x, self.P, self.held, accel)
+        if kernels.is_sample(accel) and kernels.is_lost(self.held):
+            if kernels.level_vertical(self.x, self.P, accel):
+                self.held[:] = kernels.levelled(self.held)
         elif kernels.is_sample(accel):
             self.R = kernels.tilt_measurement_variance(self.external, s) * np.eye(3)
             self.update(accel - s.acceleration_memory * self.external)
         kernels.normalise(self.x)
         self.x_post, self.P_post = self.x.copy(), self.P.copy()
-        kernels.take_rate(self.held, gyro, np.array(self.alignment.gyro_bias))
+        self.held[:] = kernels.take_rate(self.held, gyro, self._gyro_bias)
         self._started = True
         return self._state(accel)
 
     def run(self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None) -> AttitudeRun:
         """Take all samples, compiled; the filter then stands where the last `step` would leave it."""
-        n, accel, gyro = len(t), kernels.as_array(accel), kernels.as_array(gyro)
+        return self._take(t, float(t[0]) if len(t) else 0.0, accel, gyro)
+
+    def _take(self, t: Signal, before: float, accel: Signal, gyro: Signal) -> AttitudeRun:
+        """Take samples, the first of them t[0] - before after what came before it."""
+        n, t = len(t), kernels.as_rows(t)
         out = AttitudeRun(np.empty((n, 3)), np.empty(n), np.empty(n))
-        dt = np.diff(t, prepend=t[:1])
-        bias, gravity = np.array(self.alignment.gyro_bias), self.alignment.gravity
-        state = self.x, self.P, self.held, self.external
-        kernels.run_tilt_kalman(dt, accel, gyro, bias, gravity, self.settings, *state, *out)
+        kernels.run_tilt_kalman(
+            t,
+            before,
+            kernels.as_rows(accel, 3),
+            kernels.as_rows(gyro, 3),
+            self._gyro_bias,
+            self.alignment.gravity,
+            self.settings,
+            self.x,
+            self.P,
+            self.held,
+            self.external,
+            *out,
+        )
         self._started = self._started or n > 0
+        self.x_post, self.P_post = self.x.copy(), self.P.copy()
         return out
 
     def _state(self, accel: Signal) -> AttitudeState:

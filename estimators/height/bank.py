@@ -39,10 +39,24 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from baroarma.estimators.height.kernels import Rows, absorb, advance, innovate, report, settle, update
+from baroarma.estimators.height.kernels import (
+    HEIGHT,
+    VELOCITY,
+    Rows,
+    absorb,
+    innovate,
+    loosen,
+    pin,
+    predict,
+    report,
+)
 
 Signal = NDArray[np.float64]
 
+ROUNDING: Final = 1e-6
+"""Sums of intervals that but for so much (s) reach a time do reach it: no clock's rounding decides."""
+SINCE, COUNT, JUMP, SUM = 0, 1, 2, 3
+"""Columns of `Filters.doubt`."""
 RESTED: Final = 0
 FREE: Final = 1
 FILTERS: Final = 4
@@ -101,8 +115,8 @@ class Filters(NamedTuple):
     P: Signal
     """Covariances, (4, m, m)."""
     doubt: Signal
-    """Of each filter: seconds since altitudes are rejected, how many, the jump to allow, and the recent sum of
-    innovations in standard deviations, (4, 4)."""
+    """Of each filter, (4, 4): seconds since altitudes are rejected, how many, the jump to allow, and the recent
+    sum of innovations in standard deviations."""
     memory: Signal
     """Flags and timers, (8,)."""
 
@@ -122,6 +136,8 @@ class Decisions(NamedTuple):
     """What the altitude differed from the prediction, in standard deviations; NaN: no altitude, (n,)."""
     innovation_sd: Signal
     """This standard deviation, m, (n,)."""
+    rest_variance: Signal
+    """Variance with which v = 0 was taken; NaN: it was not, (n,)."""
 
     @property
     def log_likelihood(self) -> float:
@@ -157,197 +173,196 @@ class Bank:
         n, bank = len(rows.z), self._filters
         now = speaker(bank.memory)
         bank.x[now], bank.P[now] = x, P
-        decisions = Decisions(np.zeros(n, np.uint8), *(np.full(n, np.nan) for _ in range(5)))
+        decisions = Decisions(np.zeros(n, np.uint8), *(np.full(n, np.nan) for _ in range(6)))
         run_bank(rows, self.rules, bank, decisions, out)
         now = speaker(bank.memory)
         x[:], P[:] = bank.x[now], bank.P[now]
         return decisions
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out: Signal) -> None:
     """Take all rows; `rows.at_rest` is what the IMU says, not yet what is believed."""
-    n, m = len(rows.z), bank.x.shape[1]
+    x, P, doubt, flags = bank
+    m = x.shape[1]
     gain, work = np.empty(m), np.empty((m + 1, m))
-    flags = bank.memory
+    F, B, Q, ends, columns, transition, H, R, seen, measurement, z = rows[:11]
+    dt, u, variance, at_rest, rest_variance, level, level_variance, _, turned = rows[11:]
+    bits, floor, jump, odds, innovation, innovation_sd, rested = decisions
+    n = len(z)
     for k in range(n):
-        decisions.jump[k] = bank.doubt[speaker(flags), 2]
+        jump[k], bits[k] = doubt[speaker(flags), JUMP], 0
         for i in range(_active(flags)):
-            advance(k, rows, bank.doubt[i, 2], bank.x[i], bank.P[i], work)
-            bank.doubt[i, 2] = 0.0
-        if flags[_FORKED] and not rows.at_rest[k]:
-            _join(k, rows, bank, decisions)
-        if rows.at_rest[k]:
-            if flags[_FORKED] and _starts(rules, bank):
-                _join(k, rows, bank, decisions)
-            if not flags[_FORKED]:
-                _fork(k, rows, rules, bank)
+            if transition[k] >= 0:
+                predict(i, x, P, F, B, Q, transition[k], ends, columns, u[k], variance[k], work)
+            loosen(i, P, turned[k], doubt[i, JUMP])
+            doubt[i, JUMP] = 0.0
+            doubt[i, SINCE] += dt[k] if doubt[i, COUNT] > 0.0 else 0.0
+        flags[_SILENCE] += dt[k]
+        if flags[_FORKED] and (not at_rest[k] or _starts(rules.sway, rules.onset, x, P, flags)):
+            _join(x, P, doubt, flags, bits)
+        if at_rest[k] and not flags[_FORKED]:
+            _fork(k, rest_variance[k], rules, x, P, doubt, flags)
         if flags[_FORKED]:
-            r = rows.rest_variance[k] + flags[_SWAY]
-            update(bank.x[RESTED], bank.P[RESTED], rows.rest, r, 0.0, gain, work)
-            _watch_sway(rows.dt[k], bank)
-            _renew(k, rows.dt[k], rules, bank)
-        for i in range(_active(flags)):
-            settle(k, rows, bank.x[i], bank.P[i], gain, work)
-        _take_altitude(k, rows, rules, bank, decisions, gain, work)
+            rested[k] = rest_variance[k] + flags[_SWAY]
+            pin(RESTED, x, P, VELOCITY, 0.0, rested[k], gain, work)
+            _watch_sway(dt[k], x, P, flags)
+            _renew(k, dt[k], rules.memory, x, P, doubt, flags)
+        if not math.isnan(level[k]):
+            for i in range(_active(flags)):
+                pin(i, x, P, HEIGHT, level[k], level_variance[k], gain, work)
+        if not math.isnan(z[k]):
+            j, chosen, active = measurement[k], speaker(flags), _active(flags)
+            share, news, believed = math.exp(-flags[_SILENCE] / TOGETHER), 0.0, False
+            flags[_SILENCE] = 0.0
+            for i in range(active):
+                y, s = innovate(i, x, P, H, j, R[j], seen, z[k], gain)
+                if s <= 0.0:  # a second sample at the same instant
+                    continue
+                sd = math.sqrt(s)
+                taken = _is_taken(i, y, sd, share, rules.gate, rules.recovery, doubt)
+                if taken:
+                    absorb(i, x, P, H, j, R[j], seen, y, s, gain, work)
+                if i == chosen:
+                    innovation[k], innovation_sd[k] = y / sd, sd
+                    bits[k] = 0 if taken else REJECTED
+                if i < 2 and active > 1:
+                    sign = 1.0 if i == RESTED else -1.0
+                    news -= sign * (0.5 * min((y / sd) ** 2, rules.gate**2) + math.log(sd))
+                    believed = believed or taken
+                    flags[_ODDS] -= sign * JUMP_ODDS if doubt[i, JUMP] > 0.0 else 0.0
+            if active > 1:
+                _hear(news if believed else 0.0, rules.longest_odds, flags)
         if flags[_FORKED]:
-            decisions.odds[k] = flags[_ODDS]
-        if flags[_FORKED] and len(rules.floors):
-            decisions.floor[k] = _recognise_floor(rules, bank, gain, work)
+            odds[k] = flags[_ODDS]
+            if len(rules.floors):
+                floor[k] = _recognise_floor(rules, x, P, flags, gain, work)
         chosen = speaker(flags)
-        report(k, bank.x[chosen], bank.P[chosen], out)
+        report(k, chosen, x, P, out)
         if flags[_FORKED] and chosen == RESTED:  # a start may have gone unnoticed for so long
-            out[3, k] = math.sqrt(bank.P[int(flags[_OLDER]), 1, 1])
+            out[3, k] = math.sqrt(P[int(flags[_OLDER]), VELOCITY, VELOCITY])
     if flags[_FORKED]:
         if flags[_ODDS] >= 0.0:
-            _mark(flags, decisions)
+            _mark(flags, bits)
         flags[_FORK_ROW] -= n
         flags[_RENEWED + 2] -= n
         flags[_RENEWED + 3] -= n
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def _active(flags: Signal) -> int:
     return FILTERS if flags[_FORKED] else 1
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def speaker(flags: Signal) -> int:
     """Return which filter speaks for the bank, given its memory."""
     return FREE if flags[_FORKED] and flags[_ODDS] < 0.0 else RESTED
 
 
-@njit(cache=True)
-def _copy(bank: Filters, source: int, target: int) -> None:
-    bank.x[target] = bank.x[source]
-    bank.P[target] = bank.P[source]
-    bank.doubt[target] = bank.doubt[source]
+@njit(cache=True, error_model="numpy")
+def _copy(source: int, target: int, x: Signal, P: Signal, doubt: Signal) -> None:
+    x[target] = x[source]
+    P[target] = P[source]
+    doubt[target] = doubt[source]
 
 
-@njit(cache=True)
-def _fork(k: int, rows: Rows, rules: Rules, bank: Filters) -> None:
+@njit(cache=True, error_model="numpy")
+def _fork(
+    k: int, rest_variance: float, rules: Rules, x: Signal, P: Signal, doubt: Signal, flags: Signal
+) -> None:
     """Begin to consider a rest, from the free filter, which stands in slot 0."""
     for i in range(1, FILTERS):
-        _copy(bank, 0, i)
-    v, variance = bank.x[0, 1], bank.P[0, 1, 1]
-    still, riding = max(variance + rows.rest_variance[k], EXACT), variance + rules.cruise_sd**2
+        _copy(0, i, x, P, doubt)
+    v, variance = x[0, VELOCITY], P[0, VELOCITY, VELOCITY]
+    still, riding = max(variance + rest_variance, EXACT), variance + rules.cruise_sd**2
     odds = rules.prior_odds + 0.5 * (math.log(riding / still) + v * v * (1.0 / riding - 1.0 / still))
-    flags = bank.memory
     flags[_FORKED], flags[_OLDER], flags[_FORK_ROW] = 1.0, 2.0, k
     flags[_ODDS] = min(max(odds, -rules.longest_odds), rules.longest_odds)
     flags[_AGE] = flags[_SINCE] = flags[_ON_FLOOR] = 0.0
 
 
-@njit(cache=True)
-def _renew(k: int, dt: float, rules: Rules, bank: Filters) -> None:
+@njit(cache=True, error_model="numpy", inline="always")
+def _renew(k: int, dt: float, memory: float, x: Signal, P: Signal, doubt: Signal, flags: Signal) -> None:
     """Let the older of the recent filters begin anew from the rested one, every `memory` s."""
-    flags = bank.memory
-    older = int(flags[_OLDER])
     if flags[_AGE] == 0.0:
-        _copy(bank, RESTED, 5 - older)
-        _copy(bank, RESTED, older)
+        _copy(RESTED, 2, x, P, doubt)
+        _copy(RESTED, 3, x, P, doubt)
         flags[_RENEWED + 2] = flags[_RENEWED + 3] = k
     flags[_AGE] += dt
     flags[_SINCE] += dt
-    if flags[_SINCE] >= rules.memory:
-        _copy(bank, RESTED, older)
+    if flags[_SINCE] >= memory - ROUNDING:
+        older = int(flags[_OLDER])
+        _copy(RESTED, older, x, P, doubt)
         flags[_RENEWED + older] = k
         flags[_OLDER], flags[_SINCE] = 5 - older, 0.0
 
 
-@njit(cache=True)
-def _watch_sway(dt: float, bank: Filters) -> None:
+@njit(cache=True, error_model="numpy", inline="always")
+def _watch_sway(dt: float, x: Signal, P: Signal, flags: Signal) -> None:
     """Learn how fast what rests still moves: what the older recent filter sees beyond its own variance."""
-    flags = bank.memory
-    older = int(flags[_OLDER])
     if flags[_AGE] > 0.0 and flags[_ODDS] > 0.0:
-        usual = bank.P[older, 1, 1] + flags[_SWAY]
-        excess = min(bank.x[older, 1] ** 2, 4.0 * usual) - bank.P[older, 1, 1]  # a start is no sway
+        older = int(flags[_OLDER])
+        own = P[older, VELOCITY, VELOCITY]
+        excess = min(x[older, VELOCITY] ** 2, 4.0 * (own + flags[_SWAY])) - own  # a start is no sway
         flags[_SWAY] = max(flags[_SWAY] + min(dt / SWAY_TIME, 1.0) * (excess - flags[_SWAY]), 0.0)
 
 
-@njit(cache=True)
-def _starts(rules: Rules, bank: Filters) -> bool:
+@njit(cache=True, error_model="numpy", inline="always")
+def _starts(sway: float, onset: float, x: Signal, P: Signal, flags: Signal) -> bool:
     """Return whether the velocity that has come up since shortly before is none of a rest."""
-    flags = bank.memory
     older = int(flags[_OLDER])
-    v, variance = bank.x[older, 1], bank.P[older, 1, 1] + max(flags[_SWAY], rules.sway**2)
-    return flags[_ODDS] >= 0.0 and v * v > rules.onset**2 * variance
+    variance = P[older, VELOCITY, VELOCITY] + max(flags[_SWAY], sway**2)
+    return bool(flags[_ODDS] >= 0.0 and x[older, VELOCITY] ** 2 > onset**2 * variance)
 
 
-@njit(cache=True)
-def _join(k: int, rows: Rows, bank: Filters, decisions: Decisions) -> None:
-    """Go on with one filter: the IMU feels something."""
-    flags = bank.memory
+@njit(cache=True, error_model="numpy")
+def _join(x: Signal, P: Signal, doubt: Signal, flags: Signal, bits: NDArray[np.uint8]) -> None:
+    """Go on with one filter: the rest is over."""
     if flags[_ODDS] >= 0.0:
-        _copy(bank, int(flags[_OLDER]), 0)
-        _mark(flags, decisions)
+        _copy(int(flags[_OLDER]), 0, x, P, doubt)
+        _mark(flags, bits)
     else:
-        _copy(bank, FREE, 0)
+        _copy(FREE, 0, x, P, doubt)
     flags[_FORKED] = 0.0
 
 
-@njit(cache=True)
-def _mark(flags: Signal, decisions: Decisions) -> None:
+@njit(cache=True, error_model="numpy")
+def _mark(flags: Signal, bits: NDArray[np.uint8]) -> None:
     """Mark the rows of the rest, as far as the filter that goes on has taken it."""
     stop = int(flags[_RENEWED + int(flags[_OLDER])])
     for k in range(max(int(flags[_FORK_ROW]), 0), stop + 1):
-        decisions.bits[k] |= AT_REST
+        bits[k] |= AT_REST
 
 
-@njit(cache=True)
-def _take_altitude(
-    k: int, rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, gain: Signal, work: Signal
-) -> None:
-    """Update all filters with the altitude of row k, or say that it is an outlier."""
-    flags = bank.memory
-    decisions.bits[k] = 0
-    active = _active(flags)
-    for i in range(active):
-        bank.doubt[i, 0] += rows.dt[k] if bank.doubt[i, 1] > 0.0 else 0.0
-    flags[_SILENCE] += rows.dt[k]
-    if math.isnan(rows.z[k]):
-        return
-    share = math.exp(-flags[_SILENCE] / TOGETHER)
-    flags[_SILENCE] = 0.0
-    where = rows.measurement[k]
-    h, r = rows.H[where], rows.R[where]
-    chosen = speaker(flags)
-    news = 0.0
-    for i in range(active):
-        x, P, doubt = bank.x[i], bank.P[i], bank.doubt[i]
-        y, s = innovate(x, P, h, r, rows.z[k], gain)
-        if s <= 0.0:  # a second sample at the same instant
-            continue
-        off = y / math.sqrt(s)
-        doubt[3] = share * doubt[3] + math.sqrt(1.0 - share * share) * min(max(off, -rules.gate), rules.gate)
-        taken = abs(off) <= rules.gate and abs(doubt[3]) <= rules.gate
-        sign = 1.0 if i == RESTED else -1.0
-        if i < 2 and active > 1:
-            news -= sign * 0.5 * (off * off + math.log(s))
-        if i == chosen:
-            decisions.innovation[k], decisions.innovation_sd[k] = off, math.sqrt(s)
-            decisions.bits[k] |= 0 if taken else REJECTED
-        if taken:
-            absorb(x, P, h, r, y, s, gain, work)
-            doubt[:2] = 0.0
-            continue
-        doubt[1] += 1.0
-        if doubt[1] >= 3.0 and doubt[0] >= rules.recovery:
-            doubt[0], doubt[1], doubt[2], doubt[3] = 0.0, 0.0, abs(y), 0.0
-            if i < 2 and active > 1:
-                flags[_ODDS] -= sign * JUMP_ODDS
+@njit(cache=True, error_model="numpy", inline="always")
+def _is_taken(i: int, y: float, sd: float, share: float, gate: float, recovery: float, doubt: Signal) -> bool:
+    """Return whether filter i takes an altitude that is off by y m; keep its doubts."""
+    off = min(max(y / sd, -gate), gate)
+    doubt[i, SUM] = share * doubt[i, SUM] + math.sqrt(1.0 - share * share) * off
+    if abs(y) <= gate * sd and abs(doubt[i, SUM]) <= gate:
+        doubt[i, SINCE] = doubt[i, COUNT] = 0.0
+        return True
+    doubt[i, COUNT] += 1.0
+    if doubt[i, COUNT] >= 3.0 and doubt[i, SINCE] >= recovery - ROUNDING:
+        doubt[i, SINCE] = doubt[i, COUNT] = doubt[i, SUM] = 0.0
+        doubt[i, JUMP] = abs(y)
+    return False
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _hear(news: float, longest: float, flags: Signal) -> None:
+    """Change the log-odds, no further than one altitude may, nor beyond where they can turn."""
     odds = flags[_ODDS] + min(max(news, -MOST_NEWS), MOST_NEWS)
-    flags[_ODDS] = min(max(odds, -rules.longest_odds), rules.longest_odds)
+    flags[_ODDS] = min(max(odds, -longest), longest)
 
 
-@njit(cache=True)
-def _recognise_floor(rules: Rules, bank: Filters, gain: Signal, work: Signal) -> float:
+@njit(cache=True, error_model="numpy")
+def _recognise_floor(rules: Rules, x: Signal, P: Signal, flags: Signal, gain: Signal, work: Signal) -> float:
     """Take the floor that the rested filter stands on, once a rest, if it is sure; return it or NaN."""
-    flags = bank.memory
     if flags[_ON_FLOOR] or flags[_ODDS] < SURE or flags[_AGE] < rules.memory:
         return math.nan
-    h, variance = bank.x[RESTED, 0], bank.P[RESTED, 0, 0] + rules.floor_variance
+    h, variance = x[RESTED, HEIGHT], P[RESTED, HEIGHT, HEIGHT] + rules.floor_variance
     best, second, floor = math.inf, math.inf, math.nan
     for candidate in rules.floors:
         distance = (h - candidate) ** 2 / variance
@@ -358,7 +373,5 @@ def _recognise_floor(rules: Rules, bank: Filters, gain: Signal, work: Signal) ->
     if best > 9.0 or second - best < 2.0 * SURE:
         return math.nan
     flags[_ON_FLOOR] = 1.0
-    work[2, :] = 0.0
-    work[2, 0] = 1.0
-    update(bank.x[RESTED], bank.P[RESTED], work[2], rules.floor_variance, floor, gain, work)
+    pin(RESTED, x, P, HEIGHT, floor, rules.floor_variance, gain, work)
     return float(floor)

@@ -114,6 +114,7 @@ class ColouredKalman(LinearHeight):
     ('height', 'velocity', 'acceleration_bias', 'offset', 'correlated')
     """
 
+    listens_to_rest = True
     evidence: float
     """Log-likelihood of the altitudes that were taken since `reset`."""
 
@@ -147,7 +148,7 @@ class ColouredKalman(LinearHeight):
             bias_walk,
             offset_sd,
         )
-        self.barometer_lag, self.listens_to_rest = barometer_lag, confirm_rest
+        self.barometer_lag, self.confirm_rest = barometer_lag, confirm_rest
         self.level_prior_sd, self.level_prior_time = level_prior_sd, level_prior_time
         self._given = acceleration_sd, bias_sd, rest_sd
         rules = Rules(
@@ -172,7 +173,7 @@ class ColouredKalman(LinearHeight):
             dt=dt,
             acceleration_sd=ACCELERATION_SD if acceleration_sd is None else acceleration_sd,
             midpoint=midpoint,
-            rest_sd=rest_sd or LEAST_REST_SD,
+            rest_sd=LEAST_REST_SD if rest_sd is None else rest_sd,
             unresolved=unresolved,
             **settings,
         )
@@ -229,14 +230,12 @@ class ColouredKalman(LinearHeight):
         self._bank = Bank(self._bank.rules, self.dim_x)
         super().reset(alignment)
 
-    def look_back(self, t: Signal, altitude: Signal, at_rest: NDArray[np.bool_], *, dt: float) -> None:
-        """Learn the barometer's offset from the rest before the first row."""
-        t, altitude, at_rest = (
-            np.append(t, t[-1] + dt),
-            np.append(altitude, np.nan),
-            np.append(at_rest, at_rest[-1]),
-        )
-        self.run(t, altitude, np.zeros(len(t)), at_rest=at_rest)
+    def look_back(self, t: Signal, altitude: Signal, *, dt: float) -> None:
+        """Learn the barometer's offset from the rest before the first row, if rests are believed."""
+        if not self.confirm_rest:
+            return
+        t, altitude = np.append(t, t[-1] + dt), np.append(altitude, np.nan)
+        self.run(t, altitude, np.zeros(len(t)), at_rest=np.ones(len(t), np.bool_))
         self._started = False
 
     def decide(
@@ -257,12 +256,13 @@ class ColouredKalman(LinearHeight):
 
     def _smooth(self, rows: Rows, lag: float) -> HeightRun:
         """Decide on the way forward, go back over what was decided, and stand where the way forward led."""
-        x, P = self.x[:, 0].copy(), self.P.copy()
+        x, P = self.x.T.copy(), self.P[None].copy()
         _, decisions = self._weigh(rows)
         rejected, on_floor = decisions.bits & REJECTED > 0, np.isfinite(decisions.floor)
         decided = rows._replace(
             z=np.where(rejected, np.nan, rows.z),
             at_rest=decisions.bits & AT_REST > 0,
+            rest_variance=decisions.rest_variance,
             level=np.where(on_floor, decisions.floor, rows.level),
             level_variance=np.where(on_floor, self._bank.rules.floor_variance, rows.level_variance),
             jump=decisions.jump,
@@ -279,7 +279,7 @@ class ColouredKalman(LinearHeight):
         if self._given[2] is None:
             shaken = SHAKING_TIME**2 * rows.acceleration_variance
             rows = rows._replace(rest_variance=np.maximum(shaken, LEAST_REST_SD**2))
-        if not self.listens_to_rest:
+        if not self.confirm_rest:
             rows = rows._replace(at_rest=np.zeros(len(steps), np.bool_))
         if self.level_prior_sd is None:
             return rows

@@ -123,7 +123,8 @@ class Complementary(HeightEstimator):
         """Start anew at height 0 and velocity 0; the alignment has no effect here."""
         self.drive.reset()
         self._x, self._started = np.zeros(2), False
-        self._P = self._initial_covariance()
+        self._P, self._noise = self._initial_covariance(), self._noise_parameters()
+        self._K = float(self.gain[0]), float(self.gain[1])
         self._barometer = np.array([np.nan, 0.0, 0.0])  # last sample, whether it is unused, time since used
 
     def step(
@@ -139,10 +140,8 @@ class Complementary(HeightEstimator):
         up: Signal | None = None,
     ) -> HeightState:
         """Take one sample; see `HeightEstimator.step`."""
-        dt_, z, a, a_sd = (
-            np.array([value], float) for value in (dt, altitude, acceleration, acceleration_sd)
-        )
-        row = self._take(dt_, z, a, a_sd, np.array([at_rest]))
+        t, z, a, a_sd = (np.array([value], float) for value in (dt, altitude, acceleration, acceleration_sd))
+        row = self._take(t, 0.0 if self._started else float(dt), z, a, a_sd, np.array([at_rest]))
         return HeightState(*(float(column[0]) for column in row))
 
     def run(
@@ -155,31 +154,37 @@ class Complementary(HeightEstimator):
         gyro: Signal | None = None,
         at_rest: NDArray[np.bool_] | None = None,
         up: Signal | None = None,
+        *,
+        dt: float = 0.0,
     ) -> HeightRun:
         """Take all samples, compiled; see `HeightEstimator.run`."""
         n = len(t)
         rest = np.zeros(n, np.bool_) if at_rest is None else np.asarray(at_rest, np.bool_)
         z, a, a_sd = (as_signal(values, n) for values in (altitude, acceleration, acceleration_sd))
-        return self._take(np.diff(t, prepend=t[:1]), z, a, a_sd, rest)
+        return self._take(np.ascontiguousarray(t, float), float(t[0]) - dt if n else 0.0, z, a, a_sd, rest)
 
-    def _take(self, dt: Signal, z: Signal, a: Signal, a_sd: Signal, at_rest: NDArray[np.bool_]) -> HeightRun:
+    def _take(
+        self, t: Signal, before: float, z: Signal, a: Signal, a_sd: Signal, at_rest: NDArray[np.bool_]
+    ) -> HeightRun:
+        """Take rows, the first of them t[0] - before after what came before it."""
         u, _, quiet = self.drive.rows(a)
-        w = np.where(np.isnan(a_sd), self.acceleration_sd, a_sd)
-        out = np.empty((4, len(dt)))
+        t, out = t.view(), np.empty((4, len(t)))
+        t.flags.writeable = False  # as a recording's is: another type would be compiled for anew
         complementary_rows(
             self._x,
             self._P,
             self._barometer,
-            self._started,
-            (dt, z, u, w, at_rest | quiet),
-            self.gain,
+            before,
+            (t, z, u, a_sd, quiet | at_rest),
+            self._K,
             self.slow_barometer == "hold",
             LONGEST_WEIGHT * self.time_constant,
-            self._noise_parameters(),
+            self._noise,
+            self.acceleration_sd,
             self.rest_sd**2,
             out,
         )
-        self._started = self._started or len(dt) > 0
+        self._started = self._started or len(t) > 0
         return HeightRun(*out)
 
     def _noise_parameters(self) -> tuple[float, float, float, float]:

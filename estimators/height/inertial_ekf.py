@@ -170,12 +170,14 @@ class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
         gyro: Signal | None = None,
         at_rest: NDArray[np.bool_] | None = None,
         up: Signal | None = None,
+        *,
+        dt: float = 0.0,
     ) -> HeightRun:
         """Take all samples one by one; see `HeightEstimator.run`."""
         out = np.empty((4, len(t)))
-        for k, dt in enumerate(np.diff(t, prepend=t[:1])):
+        for k, step in enumerate(np.diff(t, prepend=t[:1] - dt)):
             out[:, k] = self.step(
-                dt=float(dt),
+                dt=float(step),
                 altitude=float(altitude[k]),
                 accel=None if accel is None else accel[k],
                 gyro=None if gyro is None else gyro[k],

@@ -11,7 +11,11 @@ own named functions, with an index for each row.  Row k is
     update with z = H x + noise of variance R                   (where z is not NaN)
 
 in the order and the form (Joseph) of filterpy's own `predict` and `update`.  Nothing is allocated on the way,
-and zeros of F are passed over.  `smoother` goes back over the same rows, `bank` weighs several filters.
+and zeros of F and H are passed over.  `smoother` goes back over the same rows, `bank` weighs several filters.
+
+States and covariances come as stacks, x (filters, m) and P (filters, m, m), with the index i of the filter
+meant; arrays are passed one by one and the functions inlined, since views and tuples of arrays would cost more
+than the arithmetic.
 """
 
 from __future__ import annotations
@@ -25,6 +29,10 @@ from numpy.typing import NDArray
 
 Signal = NDArray[np.float64]
 Index = NDArray[np.int64]
+HEIGHT: Final = 0
+VELOCITY: Final = 1
+BIAS: Final = 2
+"""Places in the state; the last only where `Rows.turned` is used."""
 JUMP_TIME: Final = 3.0
 """A height that has jumped by 1 m may be moving at 1 m in so many seconds (chosen by us)."""
 
@@ -38,12 +46,18 @@ class Rows(NamedTuple):
     """Input matrices, (tables, m)."""
     Q: Signal
     """Process noise without the acceleration's, (tables, m, m)."""
+    ends: Index
+    """Where each row of F ends in `columns`, with a 0 before, (m + 1,)."""
+    columns: Index
+    """Columns of the entries of F that are not 0, row after row."""
     transition: Index
-    """Which of these leads to row k, (n,); -1 on the first row."""
+    """Which transition leads to row k, (n,); -1 on the first row."""
     H: Signal
     """Measurement matrices, (tables, m)."""
     R: Signal
     """Measurement noise, (tables,)."""
+    seen: Index
+    """Columns of H that are not 0."""
     measurement: Index
     """Which of these belongs to row k, (n,)."""
     z: Signal
@@ -56,8 +70,6 @@ class Rows(NamedTuple):
     """Its variance, (n,)."""
     at_rest: NDArray[np.bool_]
     """Whether the velocity is known to be 0, (n,)."""
-    rest: Signal
-    """The measurement matrix of the velocity, (m,)."""
     rest_variance: Signal
     """Variance of 'v = 0', (n,)."""
     level: Signal
@@ -70,145 +82,180 @@ class Rows(NamedTuple):
     """Variance that the bias, state 2, has gained since then by turning, (m/s²)², (n,)."""
 
 
-@njit(cache=True)
+def entries(F: Signal) -> tuple[Index, Index]:
+    """Return `ends` and `columns` of a stack of matrices (tables, m, m): where any of them is not 0.
+
+    Examples
+    --------
+    >>> ends, columns = entries(np.array([[[1.0, 0.1], [0.0, 1.0]]]))
+    >>> ends.tolist(), columns.tolist()
+    ([0, 2, 3], [0, 1, 1])
+    """
+    used = (F != 0).any(axis=0)
+    ends = np.concatenate([[0], np.cumsum(used.sum(axis=1))])
+    return ends.astype(np.int64), np.nonzero(used)[1].astype(np.int64)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
 def predict(
-    x: Signal, P: Signal, F: Signal, B: Signal, Q: Signal, u: float, variance: float, work: Signal
+    i: int,
+    x: Signal,
+    P: Signal,
+    F: Signal,
+    B: Signal,
+    Q: Signal,
+    t: int,
+    ends: Index,
+    columns: Index,
+    u: float,
+    variance: float,
+    work: Signal,
 ) -> None:
-    """Predict in place: x = F x + B u, P = F P F' + Q + variance B B'."""
-    m = len(x)
-    for i in range(m):
-        work[i, 0] = B[i] * u
-        for j in range(m):
-            work[i, 0] += F[i, j] * x[j]
-    for i in range(m):
-        x[i] = work[i, 0]
-    sandwich(F, P, work)
-    for i in range(m):
-        for j in range(m):
-            P[i, j] += Q[i, j] + variance * B[i] * B[j]
+    """Predict by transition t: x = F x + B u, P = F P F' + Q + variance B B'; work (m + 1, m)."""
+    m = x.shape[1]
+    for a in range(m):
+        total = B[t, a] * u
+        for c in range(m):
+            work[a, c] = 0.0
+        for e in range(ends[a], ends[a + 1]):
+            b = columns[e]
+            total += F[t, a, b] * x[i, b]
+            for c in range(m):
+                work[a, c] += F[t, a, b] * P[i, b, c]
+        work[m, a] = total
+    for a in range(m):
+        x[i, a] = work[m, a]
+        for c in range(a, m):
+            total = Q[t, a, c] + variance * B[t, a] * B[t, c]
+            for e in range(ends[c], ends[c + 1]):
+                total += work[a, columns[e]] * F[t, c, columns[e]]
+            P[i, a, c] = total
+            P[i, c, a] = total
 
 
-@njit(cache=True)
-def sandwich(F: Signal, P: Signal, work: Signal) -> None:
-    """Replace P by F P F' in place."""
-    m = len(P)
-    for i in range(m):
-        for j in range(m):
-            work[i, j] = 0.0
-        for k in range(m):
-            if F[i, k] != 0.0:
-                for j in range(m):
-                    work[i, j] += F[i, k] * P[k, j]
-    for i in range(m):
-        for j in range(i, m):
-            total = 0.0
-            for k in range(m):
-                if F[j, k] != 0.0:
-                    total += work[i, k] * F[j, k]
-            P[i, j] = P[j, i] = total
-
-
-@njit(cache=True)
-def innovate(x: Signal, P: Signal, h: Signal, r: float, z: float, gain: Signal) -> tuple[float, float]:
-    """Return innovation and its variance of a scalar measurement; `gain` becomes P h."""
-    m = len(x)
+@njit(cache=True, error_model="numpy", inline="always")
+def innovate(
+    i: int, x: Signal, P: Signal, H: Signal, j: int, r: float, seen: Index, z: float, gain: Signal
+) -> tuple[float, float]:
+    """Return innovation and its variance of z = H_j x + noise; `gain` becomes P H'."""
+    m = x.shape[1]
     y, s = z, r
-    for i in range(m):
-        gain[i] = 0.0
-    for j in range(m):
-        if h[j] != 0.0:
-            y -= h[j] * x[j]
-            for i in range(m):
-                gain[i] += P[i, j] * h[j]
-    for i in range(m):
-        s += h[i] * gain[i]
+    for a in range(m):
+        gain[a] = 0.0
+    for e in range(len(seen)):
+        c = seen[e]
+        y -= H[j, c] * x[i, c]
+        for a in range(m):
+            gain[a] += P[i, c, a] * H[j, c]
+    for e in range(len(seen)):
+        s += H[j, seen[e]] * gain[seen[e]]
     return y, s
 
 
-@njit(cache=True)
-def absorb(x: Signal, P: Signal, h: Signal, r: float, y: float, s: float, gain: Signal, work: Signal) -> None:
-    """Update in place after `innovate`, Joseph form; `gain` becomes the Kalman gain.
+@njit(cache=True, error_model="numpy", inline="always")
+def absorb(
+    i: int,
+    x: Signal,
+    P: Signal,
+    H: Signal,
+    j: int,
+    r: float,
+    seen: Index,
+    y: float,
+    s: float,
+    gain: Signal,
+    work: Signal,
+) -> None:
+    """Update after `innovate`, P = (I - k h) P (I - k h)' + k r k'; `gain` becomes k.
 
     What is known exactly (s = 0: a second sample of the same noise) tells nothing new.
     """
-    m = len(x)
+    m = x.shape[1]
     if s <= 0.0:
-        gain[:] = 0.0
+        for a in range(m):
+            gain[a] = 0.0
         return
-    for j in range(m):  # (I - k h') P, then ... (I - k h')' + k r k'
-        work[0, j] = gain[j]
-    for i in range(m):
-        gain[i] /= s
-        x[i] += gain[i] * y
-        for j in range(m):
-            P[i, j] -= gain[i] * work[0, j]
-    for i in range(m):
-        total = -r * gain[i]
-        for j in range(m):
-            if h[j] != 0.0:
-                total += P[i, j] * h[j]
-        work[1, i] = total
-    for i in range(m):
-        for j in range(i, m):
-            P[i, j] = P[j, i] = P[i, j] - work[1, i] * gain[j]
+    for a in range(m):
+        work[0, a] = gain[a]
+        gain[a] /= s
+        x[i, a] += gain[a] * y
+    for a in range(m):
+        for b in range(m):
+            P[i, a, b] -= gain[a] * work[0, b]
+    for a in range(m):
+        work[1, a] = -r * gain[a]
+        for e in range(len(seen)):
+            work[1, a] += P[i, a, seen[e]] * H[j, seen[e]]
+    for a in range(m):
+        for b in range(a, m):
+            entry = P[i, a, b] - work[1, a] * gain[b]
+            P[i, a, b] = entry
+            P[i, b, a] = entry
 
 
-@njit(cache=True)
-def update(
-    x: Signal, P: Signal, h: Signal, r: float, z: float, gain: Signal, work: Signal
+@njit(cache=True, error_model="numpy", inline="always")
+def pin(
+    i: int, x: Signal, P: Signal, state: int, value: float, variance: float, gain: Signal, work: Signal
 ) -> tuple[float, float]:
-    """Update in place with a scalar measurement; return the innovation and its variance."""
-    y, s = innovate(x, P, h, r, z, gain)
-    absorb(x, P, h, r, y, s, gain, work)
+    """Update with one state known to be `value`; return innovation and variance; `gain` becomes k."""
+    m = x.shape[1]
+    y, s = value - x[i, state], P[i, state, state] + variance
+    if s <= 0.0:
+        for a in range(m):
+            gain[a] = 0.0
+        return y, s
+    for a in range(m):
+        work[0, a] = P[i, state, a]
+        gain[a] = work[0, a] / s
+    for a in range(m):
+        x[i, a] += gain[a] * y
+        for b in range(m):
+            P[i, a, b] -= gain[a] * work[0, b]
+    for a in range(m):
+        work[1, a] = P[i, a, state] - variance * gain[a]
+    for a in range(m):
+        for b in range(a, m):
+            entry = P[i, a, b] - work[1, a] * gain[b]
+            P[i, a, b] = entry
+            P[i, b, a] = entry
     return y, s
 
 
-@njit(cache=True)
-def advance(k: int, rows: Rows, jump: float, x: Signal, P: Signal, work: Signal) -> None:
-    """Go from row k - 1 to row k; the height may have jumped by `jump` m on the way."""
-    i = rows.transition[k]
-    if i >= 0:
-        predict(x, P, rows.F[i], rows.B[i], rows.Q[i], rows.u[k], rows.acceleration_variance[k], work)
-    if rows.turned[k] > 0.0:
-        P[2, 2] += rows.turned[k]
+@njit(cache=True, error_model="numpy", inline="always")
+def loosen(i: int, P: Signal, turned: float, jump: float) -> None:
+    """Let the bias have turned, and the height have jumped by `jump` m."""
+    if turned > 0.0:
+        P[i, BIAS, BIAS] += turned
     if jump > 0.0:
-        P[0, 0] += jump * jump
-        P[1, 1] += (jump / JUMP_TIME) ** 2
+        P[i, HEIGHT, HEIGHT] += jump * jump
+        P[i, VELOCITY, VELOCITY] += (jump / JUMP_TIME) ** 2
 
 
-@njit(cache=True)
-def settle(k: int, rows: Rows, x: Signal, P: Signal, gain: Signal, work: Signal) -> tuple[float, float]:
-    """Take the level of row k; return innovation and variance, (0, 1) without one."""
-    if math.isnan(rows.level[k]):
-        return 0.0, 1.0
-    work[2, :] = 0.0
-    work[2, 0] = 1.0
-    return update(x, P, work[2], rows.level_variance[k], rows.level[k], gain, work)
-
-
-@njit(cache=True)
-def filter_rows(rows: Rows, x: Signal, P: Signal, out: Signal) -> None:
-    """Filter in place from x (m,), P (m, m); out (4, n) gets height, velocity and their sds."""
-    gain, work = np.empty(len(x)), np.empty((max(len(x), 3), len(x)))
-    for k in range(len(rows.z)):
-        row(k, rows, x, P, gain, work)
-        report(k, x, P, out)
-
-
-@njit(cache=True)
-def row(k: int, rows: Rows, x: Signal, P: Signal, gain: Signal, work: Signal) -> None:
-    """Take row k."""
-    advance(k, rows, rows.jump[k], x, P, work)
-    if rows.at_rest[k]:
-        update(x, P, rows.rest, rows.rest_variance[k], 0.0, gain, work)
-    settle(k, rows, x, P, gain, work)
-    if not math.isnan(rows.z[k]):
-        i = rows.measurement[k]
-        update(x, P, rows.H[i], rows.R[i], rows.z[k], gain, work)
-
-
-@njit(cache=True)
-def report(k: int, x: Signal, P: Signal, out: Signal) -> None:
+@njit(cache=True, error_model="numpy", inline="always")
+def report(k: int, i: int, x: Signal, P: Signal, out: Signal) -> None:
     """Write height, velocity and their sds into column k."""
-    out[0, k], out[1, k] = x[0], x[1]
-    out[2, k], out[3, k] = math.sqrt(max(P[0, 0], 0.0)), math.sqrt(max(P[1, 1], 0.0))
+    out[0, k], out[1, k] = x[i, HEIGHT], x[i, VELOCITY]
+    out[2, k] = math.sqrt(max(P[i, HEIGHT, HEIGHT], 0.0))
+    out[3, k] = math.sqrt(max(P[i, VELOCITY, VELOCITY], 0.0))
+
+
+@njit(cache=True, error_model="numpy")
+def filter_rows(rows: Rows, x: Signal, P: Signal, out: Signal) -> None:
+    """Filter in place from x (1, m), P (1, m, m); out (4, n) gets height, velocity and their sds."""
+    m = x.shape[1]
+    gain, work = np.empty(m), np.empty((m + 1, m))
+    F, B, Q, ends, columns, transition, H, R, seen, measurement, z = rows[:11]
+    dt, u, variance, at_rest, rest_variance, level, level_variance, jump, turned = rows[11:]
+    for k in range(len(z)):
+        if transition[k] >= 0:
+            predict(0, x, P, F, B, Q, transition[k], ends, columns, u[k], variance[k], work)
+        loosen(0, P, turned[k], jump[k])
+        if at_rest[k]:
+            pin(0, x, P, VELOCITY, 0.0, rest_variance[k], gain, work)
+        if not math.isnan(level[k]):
+            pin(0, x, P, HEIGHT, level[k], level_variance[k], gain, work)
+        if not math.isnan(z[k]):
+            j = measurement[k]
+            y, s = innovate(0, x, P, H, j, R[j], seen, z[k], gain)
+            absorb(0, x, P, H, j, R[j], seen, y, s, gain, work)
+        report(k, 0, x, P, out)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from baroarma.estimators.base import Alignment, HeightEstimator, HeightRun, HeightState
 from baroarma.estimators.height.drive import Drive, as_signal, nominal_interval
-from baroarma.estimators.height.kernels import Rows, filter_rows
+from baroarma.estimators.height.kernels import Rows, entries, filter_rows
 from baroarma.estimators.height.smoother import smooth_rows
 
 Signal = NDArray[np.float64]
@@ -146,9 +146,12 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         gyro: Signal | None = None,
         at_rest: NDArray[np.bool_] | None = None,
         up: Signal | None = None,
+        *,
+        dt: float = 0.0,
     ) -> HeightRun:
         """Take all samples, compiled; see `HeightEstimator.run`."""
-        return self._filter(self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest, up))
+        steps = steps_of(t, dt)
+        return self._filter(self._rows(steps, altitude, acceleration, acceleration_sd, at_rest, up))
 
     def smooth(
         self,
@@ -187,9 +190,9 @@ class LinearHeight(KalmanFilter, HeightEstimator):
     def _loop(self, kernel: Any, rows: Rows, *options: float) -> HeightRun:
         """Run a compiled loop from the present state to the last row's."""
         n = len(rows.z)
-        x, P, out = self.x[:, 0].copy(), self.P.copy(), np.empty((4, n))
+        x, P, out = self.x.T.copy(), self.P[None].copy(), np.empty((4, n))
         kernel(rows, *options, x, P, out)
-        self._restore(x, P)
+        self._restore(x[0], P[0])
         self._started = self._started or n > 0
         return HeightRun(*out)
 
@@ -214,9 +217,10 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         rest = quiet if at_rest is None else quiet | np.asarray(at_rest, np.bool_)
         none = np.full(n, np.nan)
         # fmt: off
-        return Rows(F, np.ascontiguousarray(B[..., 0]), Q, transition, H, R, measurement, z,
-                    np.nan_to_num(steps), u, sd**2 + missed**2, rest, self._rest(), np.full(n, self.rest_sd**2),
-                    none, none, np.zeros(n), np.zeros(n))
+        return Rows(F, np.ascontiguousarray(B[..., 0]), Q, *entries(F), transition,
+                    H, R, np.flatnonzero((H != 0).any(axis=0)), measurement, z, np.nan_to_num(steps),
+                    u, sd**2 + missed**2, rest, np.full(n, self.rest_sd**2), none, none,
+                    np.zeros(n), np.zeros(n))
         # fmt: on
 
     def _transitions(
@@ -234,18 +238,16 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         """Tables of H and R, which entry belongs to each row, and the measurements themselves."""
         return np.array(self.H, float), np.reshape(self.R, 1), np.zeros(len(steps), np.int64), altitude
 
-    def _rest(self) -> Signal:
-        return np.asarray(np.eye(self.dim_x)[1])
-
     def _restore(self, x: Signal, P: Signal) -> None:
         self.x, self.P = x[:, None].copy(), P.copy()
         self.x_prior = self.x_post = self.x.copy()
         self.P_prior = self.P_post = self.P.copy()
 
 
-def steps_of(t: Signal) -> Signal:
-    """Return the time before each row; there is none before the first."""
-    return np.diff(np.asarray(t, float), prepend=np.nan)
+def steps_of(t: Signal, dt: float = 0.0) -> Signal:
+    """Return the time before each row: `dt` before the first, and NaN instead of 0, for nothing was."""
+    t = np.asarray(t, float)
+    return np.diff(t, prepend=t[:1] - (dt or np.nan))
 
 
 def motion_transition(dt: float | Signal, *, bias: bool = False) -> Signal:

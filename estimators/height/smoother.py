@@ -20,24 +20,33 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from baroarma.estimators.height.kernels import Rows, advance, row, sandwich, settle, update
+from baroarma.estimators.height.kernels import (
+    HEIGHT,
+    VELOCITY,
+    Rows,
+    absorb,
+    innovate,
+    loosen,
+    pin,
+    predict,
+)
 
 Signal = NDArray[np.float64]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def smooth_rows(rows: Rows, lag: float, x: Signal, P: Signal, out: Signal) -> None:
-    """Filter in place, then go back; out (4, n) gets height, velocity and their sds, given later rows, too.
+    """Filter in place from x (1, m), P (1, m, m), then go back; out (4, n) as in `filter_rows`.
 
     With an infinite `lag` row k knows all rows, otherwise those up to `lag` s after it.
     """
-    n, m = len(rows.z), len(x)
+    n, m = len(rows.z), x.shape[1]
     xs, Ps = np.empty((n + 1, m)), np.empty((n + 1, m, m))  # before the first row, then after each
-    gains, work = np.empty((3, m)), np.empty((m + 1, m))
-    xs[0], Ps[0] = x, P
+    gains, told, work = np.empty((3, m)), np.empty((3, 2)), np.empty((m + 1, m))
+    xs[0], Ps[0] = x[0], P[0]
     for k in range(n):
-        row(k, rows, x, P, gains[0], work)
-        xs[k + 1], Ps[k + 1] = x, P
+        _row(k, rows, x, P, gains, told, work)
+        xs[k + 1], Ps[k + 1] = x[0], P[0]
     adjoint, spread, turn = np.zeros(m), np.zeros((m, m)), np.empty((m, m))
     last, ahead = n - 1, 0.0  # the last row that row k may know, and how far ahead it is
     for k in range(n - 1, -1, -1):
@@ -47,16 +56,34 @@ def smooth_rows(rows: Rows, lag: float, x: Signal, P: Signal, out: Signal) -> No
                 last -= 1
             adjoint[:], spread[:] = 0.0, 0.0
             for j in range(last, k, -1):
-                x[:], P[:] = xs[j], Ps[j]
-                _back(j, rows, x, P, gains, work, adjoint, spread, turn)
+                x[0], P[0] = xs[j], Ps[j]
+                _back(j, rows, x, P, gains, told, work, adjoint, spread, turn)
         for i in range(2):
             mean, variance = _smoothed(i, xs[k + 1], Ps[k + 1], adjoint, spread)
             out[i, k], out[2 + i, k] = mean, math.sqrt(max(variance, 0.0))
         if lag == math.inf:
-            x[:], P[:] = xs[k], Ps[k]
-            _back(k, rows, x, P, gains, work, adjoint, spread, turn)
+            x[0], P[0] = xs[k], Ps[k]
+            _back(k, rows, x, P, gains, told, work, adjoint, spread, turn)
         ahead += rows.dt[k]
-    x[:], P[:] = xs[n], Ps[n]
+    x[0], P[0] = xs[n], Ps[n]
+
+
+@njit(cache=True, error_model="numpy")
+def _row(k: int, rows: Rows, x: Signal, P: Signal, gains: Signal, told: Signal, work: Signal) -> None:
+    """Take row k as `filter_rows` does; keep gain, innovation and variance of its rest, level and altitude."""
+    t, j = rows.transition[k], rows.measurement[k]
+    if t >= 0:
+        u, variance = rows.u[k], rows.acceleration_variance[k]
+        predict(0, x, P, rows.F, rows.B, rows.Q, t, rows.ends, rows.columns, u, variance, work)
+    loosen(0, P, rows.turned[k], rows.jump[k])
+    if rows.at_rest[k]:
+        told[0] = pin(0, x, P, VELOCITY, 0.0, rows.rest_variance[k], gains[0], work)
+    if not math.isnan(rows.level[k]):
+        told[1] = pin(0, x, P, HEIGHT, rows.level[k], rows.level_variance[k], gains[1], work)
+    if not math.isnan(rows.z[k]):
+        y, s = innovate(0, x, P, rows.H, j, rows.R[j], rows.seen, rows.z[k], gains[2])
+        absorb(0, x, P, rows.H, j, rows.R[j], rows.seen, y, s, gains[2], work)
+        told[2] = y, s
 
 
 @njit(cache=True)
@@ -77,47 +104,37 @@ def _back(
     x: Signal,
     P: Signal,
     gains: Signal,
+    told: Signal,
     work: Signal,
     adjoint: Signal,
     spread: Signal,
     turn: Signal,
 ) -> None:
     """Take the adjoint from after row k to before it; x and P are the filter's before row k."""
-    advance(k, rows, rows.jump[k], x, P, work)
-    y_rest, s_rest = 0.0, 1.0
-    if rows.at_rest[k]:
-        y_rest, s_rest = update(x, P, rows.rest, rows.rest_variance[k], 0.0, gains[0], work)
-    y_level, s_level = settle(k, rows, x, P, gains[1], work)
+    _row(k, rows, x, P, gains, told, work)
     if not math.isnan(rows.z[k]):
-        i = rows.measurement[k]
-        y, s = update(x, P, rows.H[i], rows.R[i], rows.z[k], gains[2], work)
-        _absorb(adjoint, spread, rows.H[i], gains[2], y, s, turn, work)
+        _absorb(adjoint, spread, rows.H[rows.measurement[k]], gains[2], told[2], turn, work)
+    unit = np.zeros(len(adjoint))
     if not math.isnan(rows.level[k]):
-        height = np.zeros(len(x))
-        height[0] = 1.0
-        _absorb(adjoint, spread, height, gains[1], y_level, s_level, turn, work)
+        unit[HEIGHT] = 1.0
+        _absorb(adjoint, spread, unit, gains[1], told[1], turn, work)
+        unit[HEIGHT] = 0.0
     if rows.at_rest[k]:
-        _absorb(adjoint, spread, rows.rest, gains[0], y_rest, s_rest, turn, work)
-    step = rows.transition[k]
-    if step >= 0:
-        turn[:] = rows.F[step].T
+        unit[VELOCITY] = 1.0
+        _absorb(adjoint, spread, unit, gains[0], told[0], turn, work)
+    if rows.transition[k] >= 0:
+        turn[:] = rows.F[rows.transition[k]].T
         _turn(adjoint, spread, turn, work)
 
 
 @njit(cache=True)
 def _absorb(
-    adjoint: Signal,
-    spread: Signal,
-    h: Signal,
-    gain: Signal,
-    y: float,
-    s: float,
-    turn: Signal,
-    work: Signal,
+    adjoint: Signal, spread: Signal, h: Signal, gain: Signal, told: Signal, turn: Signal, work: Signal
 ) -> None:
+    """Go back over a measurement h of gain K; `told` is its innovation and its variance."""
+    m, y, s = len(h), told[0], told[1]
     if s <= 0.0:  # known exactly before: the filter took nothing from it
         return
-    m = len(h)
     for i in range(m):
         for j in range(m):
             turn[i, j] = (1.0 if i == j else 0.0) - h[i] * gain[j]  # C' = I - h K'
@@ -130,11 +147,19 @@ def _absorb(
 
 @njit(cache=True)
 def _turn(adjoint: Signal, spread: Signal, turn: Signal, work: Signal) -> None:
+    """Let l = T l and L = T L T' in place."""
     m = len(adjoint)
     for i in range(m):
-        work[i, 0] = 0.0
+        work[m, i] = 0.0
         for j in range(m):
-            work[i, 0] += turn[i, j] * adjoint[j]
+            work[m, i] += turn[i, j] * adjoint[j]
+            work[i, j] = 0.0
+        for k in range(m):
+            for j in range(m):
+                work[i, j] += turn[i, k] * spread[k, j]
     for i in range(m):
-        adjoint[i] = work[i, 0]
-    sandwich(turn, spread, work)
+        adjoint[i] = work[m, i]
+        for j in range(m):
+            spread[i, j] = 0.0
+            for k in range(m):
+                spread[i, j] += work[i, k] * turn[j, k]

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy import integrate
+from scipy import integrate, stats
 
 from baroarma import Finding, NoiseModel
 
@@ -125,3 +125,24 @@ def test_a_rate_or_an_interval_that_cannot_be_is_named(value):
         SG13.at_rate(value)
     with pytest.raises(ValueError, match="the sampling interval must be positive"):
         SG13.arma(value)
+
+
+SURE = {"correlated_sd": (0.2, 0.3), "correlation_time": (0.5, 1.0), "white_sd": (0.4, 0.5)}
+
+
+def test_the_drift_that_can_not_be_excluded_is_the_rms_of_a_half_normal_with_that_quantile():
+    upper = 0.02
+    unsure = NoiseModel(0.27, 0.75, 0.46, rate_hz=50, ci95={**SURE, "drift_rate": (0.0, upper)})
+    possible = unsure.with_possible_drift()
+    # the 95 % quantile of |N(0, s²)|, whose rms is s
+    assert stats.halfnorm.ppf(0.95, scale=possible.drift_rate) == pytest.approx(upper, rel=1e-6)
+    assert (possible.correlated_sd, possible.correlation_time, possible.white_sd) == (0.27, 0.75, 0.46)
+    assert possible.ci95 == unsure.ci95
+    assert unsure.drift_rate == 0.0
+
+
+def test_a_drift_that_is_there_or_excluded_or_unheard_of_stays():
+    found = NoiseModel(0.27, 0.75, 0.46, 0.01, rate_hz=50, ci95={**SURE, "drift_rate": (0.005, 0.02)})
+    excluded = NoiseModel(0.27, 0.75, 0.46, rate_hz=50, ci95={**SURE, "drift_rate": (0.0, 0.0)})
+    for noise in (found, excluded, SG13):
+        assert noise.with_possible_drift() == noise

@@ -53,3 +53,17 @@ def test_temperature_stretches_differences_not_the_level():
         (44 + 273.15) / 287.46, rel=1e-4
     )  # T_ISA at 1000.5 hPa
     assert warm[2] == pytest.approx(isa[2])
+
+
+def test_a_slice_shares_memory_and_stays_read_only_and_backwards_is_refused():
+    whole = Recording(t=np.arange(6.0), pressure=np.arange(6.0) + 1e5, accel=np.ones((6, 3)), name="bench")
+    part = whole.rows(slice(1, 5, 2))
+    assert np.array_equal(part.t, [1, 3])
+    assert part.accel.shape == (2, 3)
+    assert part.gyro is None
+    assert part.name == "bench"
+    assert np.shares_memory(part.accel, whole.accel)
+    with pytest.raises(ValueError, match="read-only"):
+        part.pressure[0] = 0.0
+    with pytest.raises(ValueError, match="time must increase"):
+        whole.rows(slice(None, None, -1))

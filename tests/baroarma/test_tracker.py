@@ -371,3 +371,103 @@ def test_what_is_no_noise_model_or_recording_is_told_what_to_do():
 def test_a_vector_of_two_components_is_refused_at_once():
     with pytest.raises(ValueError, match=r"accel is a vector of three components, but has shape \(2,\)"):
         Tracker(noise=BMP085.noise).step(dt=0.02, accel=[0, 9.8], gyro=[0, 0, 0], pressure=1e5)
+
+
+def test_smoothing_is_nearer_to_the_truth_and_knows_it():
+    squares = []
+    for seed in range(3):
+        log = simulate("stairs", duration=60, seed=seed)
+        tracker = Tracker(noise=BMP085.noise)
+        tracks = [tracker.run(log), tracker.smooth(log, lag=1.0), tracker.smooth(log)]
+        squares.append([np.mean((x.velocity - log.reference_velocity)[100:] ** 2) for x in tracks])
+    run, near, whole = np.mean(squares, axis=0)
+    assert whole < run
+    assert near < run
+    # the sds of the last log's rows: later rows only add to what a row knows, but for what they reveal
+    assert tracks[2].height_sd.mean() < tracks[0].height_sd.mean()
+
+
+def test_a_smoothed_track_has_a_name_of_its_own_and_the_same_rows(squat):
+    tracker = Tracker(noise=BMP085.noise)
+    smoothed, track = tracker.smooth(squat), tracker.run(squat)
+    assert smoothed.preset == "baroarma, smoothed"
+    assert len(smoothed) == len(track)
+    assert not smoothed.height[:50].any()
+    np.testing.assert_array_equal(smoothed.acceleration, track.acceleration)
+    assert all(np.isfinite(getattr(smoothed, column)).all() for column in COLUMNS)
+
+
+def test_after_smoothing_steps_go_on_as_after_a_run(squat):
+    more = simulate("squat", duration=1, seed=8)
+    trackers = [Tracker(noise=BMP085.noise) for _ in range(2)]
+    trackers[0].run(squat)
+    trackers[1].smooth(squat, lag=0.5)
+    first, second = (
+        [
+            tracker.step(dt=0.02, pressure=more.pressure[k], accel=more.accel[k], gyro=more.gyro[k])
+            for k in range(50)
+        ]
+        for tracker in trackers
+    )
+    assert first == second
+
+
+def test_pressure_alone_is_smoothed_too():
+    log = simulate("lift", duration=60, imu=None, seed=4)
+    track, smoothed = Tracker(noise=BMP085.noise).run(log), Tracker(noise=BMP085.noise).smooth(log)
+    off, smooth_off = (np.std((x.height - log.reference)[250:]) for x in (track, smoothed))
+    assert smooth_off < off
+
+
+@pytest.mark.parametrize(
+    ("preset", "says"),
+    [
+        ("sg14-a", "Complementary has no smoother; coloured-kalman has one"),
+        ("sonoh15", "has no smoother; coloured-kalman has one"),
+        ("bourke08", "bourke08 is off-line already, and can't smooth"),
+    ],
+)
+def test_what_can_not_smooth_says_so(preset, says, squat):
+    with pytest.raises(ValueError, match=says):
+        Tracker.preset(preset).smooth(squat)
+
+
+@pytest.mark.parametrize("lag", [-0.1, float("nan")])
+def test_a_lag_that_is_no_time_is_refused_with_its_value(lag, squat):
+    with pytest.raises(ValueError, match=f"the lag is a time in s, 0 or more, but it is {lag}"):
+        Tracker().smooth(squat, lag=lag)
+
+
+def test_the_estimator_can_be_looked_at_once_it_is_aligned(squat):
+    tracker = Tracker(noise=BMP085.noise)
+    with pytest.raises(ValueError, match="not aligned yet; run it, or step it for a second"):
+        _ = tracker.estimator
+    track = tracker.run(squat)
+    kf = tracker.estimator
+    assert kf.x[0, 0] == track.height[-1]
+    assert np.isfinite(kf.evidence)
+    tracker.reset()
+    with pytest.raises(ValueError, match="not aligned yet"):
+        _ = tracker.estimator
+
+
+def test_two_samples_at_the_same_instant_do_no_harm(squat):
+    tracker, twice = Tracker(noise=BMP085.noise), Tracker(noise=BMP085.noise)
+    steps(tracker, squat, range(60))
+    steps(twice, squat, range(60))
+    row = {"pressure": float("nan"), "accel": squat.accel[60], "gyro": squat.gyro[60]}
+    one = tracker.step(dt=0.02, **row)
+    twice.step(dt=0.02, **row)
+    again = twice.step(dt=0.0, **row)
+    # no time has passed, nothing new was said but 'at rest' once more
+    assert again[:2] == pytest.approx(one[:2], abs=1e-3)
+    assert np.isfinite(again).all()
+
+
+def test_a_filter_is_told_the_drift_that_a_short_rest_could_not_exclude(squat):
+    ends = {"correlated_sd": (0.2, 0.3), "correlation_time": (0.5, 1.0), "white_sd": (0.4, 0.5)}
+    short = ba.NoiseModel(0.27, 0.75, 0.46, rate_hz=50, ci95={**ends, "drift_rate": (0.0, 0.0392)})
+    tracker = Tracker(noise=short)
+    tracker.run(squat)
+    assert tracker.estimator.noise.drift_rate == pytest.approx(0.02, rel=1e-3)
+    assert tracker.noise is short

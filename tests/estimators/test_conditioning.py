@@ -1,11 +1,13 @@
 """The conditioning block: averages of new samples, then the whitening filter."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from baroarma.arma import ArmaModel
-from baroarma.estimators.conditioning import Conditioner, conditioner_of, sg14_whitening
+from baroarma.estimators.conditioning import CONDITIONINGS, Conditioner, conditioner_of, sg14_whitening
 from baroarma.noise_model import NoiseModel
 
 RNG = np.random.default_rng(1)
@@ -34,6 +36,17 @@ def test_step_is_run():
     z = np.where(RNG.random(200) < 0.3, np.nan, RNG.normal(size=200))
     one, other = (conditioner_of("average+whitening", None, 25.0) for _ in range(2))
     assert np.array_equal(one.run(z), [other.step(value) for value in z], equal_nan=True)
+
+
+@pytest.mark.parametrize("name", CONDITIONINGS)
+def test_a_second_run_goes_on_where_the_first_ended(name):
+    z = np.where(RNG.random(200) < 0.3, np.nan, RNG.normal(size=200))
+    whole, parts = (conditioner_of(name, None, 25.0) for _ in range(2))
+    expected = whole.run(z)
+    cuts = [0, 2, 3, 3, 100, 200]  # within the first average, and an empty part
+    together = np.concatenate([parts.run(z[i:j]) for i, j in pairwise(cuts)])
+    assert np.array_equal(together, expected, equal_nan=True)
+    assert parts.step(1.0) == whole.step(1.0)
 
 
 def test_the_papers_filter_has_the_papers_dc_gain():

@@ -201,3 +201,74 @@ def test_a_stream_without_imu_is_refused_by_the_papers_presets(files, monkeypatc
     monkeypatch.setattr("sys.stdin", io.StringIO((files / "rest.csv").read_text()))
     assert main(["track", "-", "--preset", "lee16"]) == 1
     assert "no accelerometer and gyro" in capsys.readouterr().err
+
+
+def columns(capsys):
+    return json.loads(capsys.readouterr().out)
+
+
+def test_smooth_is_the_trackers_own_with_or_without_a_lag(files, capsys):
+    log, noise = read(files / "squat.csv"), ["--noise", str(files / "noise.json"), "--json"]
+    for arguments, lag in (
+        (["--smooth"], np.inf),
+        (["--smooth-lag", "0.5"], 0.5),
+        (["--smooth-lag", "0"], 0.0),
+    ):
+        assert main(["track", str(files / "squat.csv"), *noise, *arguments]) == 0
+        found = columns(capsys)
+        assert found["preset"] == "baroarma, smoothed"
+        assert found["height_m"] == Tracker(noise=BMP085.noise).smooth(log, lag=lag).height.tolist()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "settings"),
+    [
+        (["--level-prior-sd", "0.2"], {"level_prior_sd": 0.2}),
+        (["--floors", "-3.2,0,3.2"], {"floors": (-3.2, 0.0, 3.2)}),
+        (["--barometer-lag", "0.2"], {"barometer_lag": 0.2}),
+    ],
+)
+def test_what_is_known_reaches_the_filter(files, capsys, arguments, settings):
+    path, noise = str(files / "squat.csv"), ["--noise", str(files / "noise.json"), "--json"]
+    assert main(["track", path, *noise, *arguments]) == 0
+    found = columns(capsys)
+    assert found["preset"] == "baroarma (own settings)"
+    expected = Tracker(noise=BMP085.noise, height_settings=settings).run(read(path))
+    assert found["height_m"] == expected.height.tolist()
+    plain = Tracker(noise=BMP085.noise).run(read(path))
+    assert expected.height.tolist() != plain.height.tolist()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "says"),
+    [
+        (["--preset", "sg14-a", "--smooth"], 1, "Complementary has no smoother; coloured-kalman has one"),
+        (["--preset", "bourke08", "--smooth"], 1, "off-line already, and can't smooth"),
+        (["--preset", "sg14-a", "--floors", "0,3"], 2, "has no setting 'floors'"),
+        (["--preset", "bourke08", "--level-prior-sd", "0.2"], 2, "no back-ends to choose or set"),
+        (["--floors", "0,three"], 2, "'0,three' is no list of numbers such as 0,3.2,6.4"),
+        (["--floors", "0,nan"], 2, "'0,nan' is no list of numbers such as 0,3.2,6.4"),
+        (["--smooth-lag", "-1"], 2, "-1"),
+        (["--level-prior-sd", "0"], 2, "level-prior-sd"),
+        (["--barometer-lag", "-0.1"], 2, "barometer-lag"),
+    ],
+)
+def test_what_can_not_be_smoothed_or_known_is_refused_in_one_sentence(
+    files, tmp_path, capsys, arguments, code, says
+):
+    out = tmp_path / "track.csv"
+    assert main(["track", str(files / "squat.csv"), *arguments, "--out", str(out)]) == code
+    captured = capsys.readouterr()
+    assert says in captured.err
+    assert len(captured.err.splitlines()) == 1
+    assert captured.out == ""
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("arguments", [["--smooth"], ["--smooth-lag", "0"], ["--smooth-lag", "2"]])
+def test_a_stream_can_not_be_smoothed(files, arguments, monkeypatch, capsys):
+    import io
+
+    monkeypatch.setattr("sys.stdin", io.StringIO(stream(files, lambda lines: None)))
+    assert main(["track", "-", *arguments]) == 2
+    assert "leave out --out, --json, --map, --smooth" in capsys.readouterr().err

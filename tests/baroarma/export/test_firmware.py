@@ -108,6 +108,14 @@ def test_it_follows_python_on_every_simulated_motion(programs, replay, tmp_path,
         assert distance(found, tracker.run(recording)) < TYPES[real][1], motion
 
 
+def test_high_up_a_float_still_notices_a_slow_climb(programs, replay, tmp_path):
+    # at 150 m a float's last digit is 15 um, and a step of 10 ms at 1 mm/s 10 um: without the second number
+    # that keeps what the first is too coarse for, the height is off by 7 mm
+    lift = simulate("lift", duration=160, rate_hz=100, climb=1500.0, speed=20.0, seed=1)
+    found = replay(programs["coloured", "float", "replay"], text_of(lift, tmp_path))
+    assert distance(found, Tracker(noise=NOISE, **CASES["coloured"]).run(lift)) < TYPES["float"][1]
+
+
 @pytest.mark.parametrize("real", TYPES)
 @pytest.mark.parametrize("case", ["sg14-a", "lee16", "lee16-kf"])
 def test_it_follows_python_on_real_recordings(programs, replay, tmp_path, shared_data, case, real):

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from filterpy.kalman import KalmanFilter
+from filterpy.kalman import ExtendedKalmanFilter, KalmanFilter
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from baroarma.estimators.attitude import kernels
-from baroarma.estimators.attitude.kernels import EkfSettings
+from baroarma.estimators.attitude.kernels import EkfSettings, TiltSettings
 from baroarma.rotation import skew
 
 RNG = np.random.default_rng(7)
@@ -29,26 +29,65 @@ def fill(function, shape, *args):
     return out
 
 
-def test_predict_is_filterpys():
+@pytest.mark.parametrize("decay", [0.0, 2.0])
+def test_the_prediction_in_blocks_is_filterpys(decay):
+    s, x, P = SETTINGS._replace(bias_decay=decay), np.append(Q, RNG.normal(size=3)), covariance(7)
     kf = KalmanFilter(7, 3)
-    kf.x, kf.P, kf.Q, kf.F = RNG.normal(size=7), covariance(7), covariance(7), RNG.normal(size=(7, 7))
-    kf.F[RNG.random((7, 7)) < 0.4] = 0.0
-    x, P = kf.x.copy(), kf.P.copy()
-    kernels.predict(x, P, kf.F, kf.Q, np.empty((7, 7)))
+    kf.x, kf.P = x.copy(), P.copy()
+    kf.F = fill(kernels.fill_quaternion_transition, (7, 7), RATE, 0.02, decay)
+    kf.Q = fill(kernels.fill_quaternion_noise, (7, 7), x, P, 0.02, s)
     kf.predict()
+    kernels.store_belief(kernels.predict_quaternion(kernels.load_belief(x, P), tuple(RATE), 0.02, s), x, P)
     np.testing.assert_allclose(x, kf.x, **EXACT)
     np.testing.assert_allclose(P, kf.P, **EXACT)
 
 
-def test_one_component_after_the_other_is_filterpys_joseph_update():
-    kf = KalmanFilter(7, 3)
-    kf.x, kf.P, kf.H, kf.R = RNG.normal(size=7), covariance(7), RNG.normal(size=(3, 7)), 0.3 * np.eye(3)
-    x, P, z = kf.x.copy(), kf.P.copy(), RNG.normal(size=3)
-    for row, value in zip(kf.H, z, strict=True):
-        kernels.update(x, P, row, value - row @ x, 0.3, np.empty((7, 7)))
-    kf.update(z)
-    np.testing.assert_allclose(x, kf.x, **EXACT)
-    np.testing.assert_allclose(P, kf.P, **EXACT)
+@pytest.mark.parametrize("beyond", [(), (0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)])
+def test_one_component_after_the_other_is_filterpys_update_with_those_within_the_gate(beyond):
+    x, P = np.append(Q, RNG.normal(size=3)), covariance(7, 0.01)
+    P += 0.01 * np.eye(7)
+    force = 9.8 * fill(kernels.fill_up, 3, Q) + x[4:] + RNG.uniform(-1, 1, 3)  # the gate is 1.5
+    force[list(beyond)] += 10.0
+    H = np.hstack([9.8 * fill(kernels.fill_up_jacobian, (3, 4), Q), np.eye(3)])
+    H[list(beyond)] = 0.0
+    ekf = ExtendedKalmanFilter(7, 3)
+    ekf.x, ekf.P, ekf.R = x.copy(), P.copy(), SETTINGS.accel_noise_sd**2 * np.eye(3)
+    ekf.update(force, lambda x: H, lambda x: 9.8 * fill(kernels.fill_up, 3, x) + x[4:])
+    ekf.x[:4] /= np.linalg.norm(ekf.x[:4])
+    kernels.store_belief(kernels.correct_quaternion(kernels.load_belief(x, P), force, 9.8, SETTINGS), x, P)
+    # S is up to 1e5 times R, which costs Joseph's form five digits of the sixteen
+    np.testing.assert_allclose(x, ekf.x, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(P, ekf.P, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("exponential", [True, False])
+def test_the_tilts_prediction_and_update_are_filterpys(exponential):
+    s, (Z, a, f), P = TiltSettings(0.02, 0.1, 0.3, exponential), RNG.normal(size=(3, 3)), covariance(3)
+    kf = KalmanFilter(3, 3)
+    kf.x, kf.P, kf.H = Z.copy(), P.copy(), 9.8 * np.eye(3)
+    kf.F = fill(kernels.fill_tilt_transition, (3, 3), RATE, 0.02, exponential)
+    kf.Q = fill(kernels.fill_tilt_noise, (3, 3), Z, 0.02, 0.02)
+    kf.R = kernels.tilt_measurement_variance(a, s) * np.eye(3)
+    kf.predict()
+    kf.update(f - 0.3 * a)
+    belief = kernels.predict_tilt(kernels.load_tilt(Z, P, a), tuple(RATE), 0.02, s)
+    kernels.store_tilt(kernels.correct_tilt(belief, f, 9.8, s), Z, P, a)
+    np.testing.assert_allclose(Z, kf.x, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(P, kf.P, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 0.1, 0.4999999, 0.5, 0.5000001, 2.0, 7.0])
+def test_series_and_functions_of_an_angle_agree(angle):
+    assert kernels.sine(angle**2) == pytest.approx(np.sinc(angle / np.pi), abs=1e-15)
+    half = np.sinc(angle / 2 / np.pi)
+    assert kernels.versine(angle**2) == pytest.approx(half**2 / 2, abs=1e-15)
+
+
+@pytest.mark.parametrize("angle", [0.01, 0.9, 1.1, 4.0])
+def test_half_a_turn_is_scipys_quaternion(angle):
+    rate = angle / 0.3 * RATE[:3] / np.linalg.norm(RATE[:3])
+    turn = kernels.half_turn((*rate, 0.0), 0.3)
+    np.testing.assert_allclose(turn, Rotation.from_rotvec(0.3 * rate).as_quat(scalar_first=True), **EXACT)
 
 
 def test_the_vertical_is_the_corrected_equation_23_and_scipys():
@@ -149,18 +188,23 @@ def test_the_sd_of_the_vertical_acceleration_is_that_of_tilted_copies():
 
 
 def test_a_rate_is_held_for_half_a_second_and_then_forgotten_until_levelled():
-    held, bias, none = np.zeros(4), np.array([0.1, 0.0, 0.0]), np.full(3, np.nan)
-    kernels.take_rate(held, np.array([1.1, 2.0, 3.0]), bias)
-    assert not kernels.forget_rate(held, 0.3)
-    kernels.take_rate(held, none, bias)
+    bias, none = np.array([0.1, 0.0, 0.0]), np.full(3, np.nan)
+    held = kernels.take_rate((0.0, 0.0, 0.0, 0.0), np.array([1.1, 2.0, 3.0]), bias)
+    held = kernels.take_rate(kernels.forget_rate(held, 0.3), none, bias)
     np.testing.assert_allclose(held, [1.0, 2.0, 3.0, 0.3])
-    assert kernels.forget_rate(held, 0.3)
+    assert not kernels.is_lost(held)
+    held = kernels.forget_rate(held, 0.3)
     np.testing.assert_allclose(held, [0.0, 0.0, 0.0, 0.6])
-    kernels.take_rate(held, np.ones(3), bias)
-    assert kernels.forget_rate(held, 0.02)  # a new rate does not bring the lost tilt back
-    Z, P = np.array([0.0, 0.0, 1.0]), np.eye(3)
-    kernels.level_vertical(Z, P, held, np.zeros(3))  # and free fall shows no vertical
-    assert kernels.forget_rate(held, 0.02)
-    kernels.level_vertical(Z, P, held, np.array([0.0, 9.0, 0.0]))
-    assert not kernels.forget_rate(held, 0.02)
+    assert kernels.is_lost(held)
+    held = kernels.forget_rate(kernels.take_rate(held, np.ones(3), bias), 0.02)
+    assert kernels.is_lost(held)  # a new rate does not bring the lost tilt back
+    assert not kernels.is_lost(kernels.levelled(held))
+
+
+def test_free_fall_shows_no_vertical():
+    Z, P, x = np.array([0.0, 0.0, 1.0]), np.eye(3), np.append(Q, np.zeros(3))
+    assert not kernels.level_vertical(Z, P, np.zeros(3))
+    assert not kernels.level_quaternion(x, np.eye(7), np.zeros(3), 0.01)
+    np.testing.assert_array_equal(x[:4], Q)
+    assert kernels.level_vertical(Z, P, np.array([0.0, 9.0, 0.0]))
     np.testing.assert_allclose(Z, [0.0, 1.0, 0.0])

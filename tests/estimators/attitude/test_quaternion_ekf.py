@@ -43,9 +43,9 @@ def rough(n=1500, seed=1):
     return t, accel, gyro
 
 
-def steps(ekf, t, accel, gyro):
+def steps_by_filterpy(ekf, t, accel, gyro):
     dt = np.diff(t, prepend=t[0] - 99.0)  # the first interval has no effect
-    states = [ekf.step(dt=dt[k], accel=accel[k], gyro=gyro[k]) for k in range(len(t))]
+    states = [ekf.step_by_filterpy(dt=dt[k], accel=accel[k], gyro=gyro[k]) for k in range(len(t))]
     return [np.array(column) for column in zip(*states, strict=True)]
 
 
@@ -66,7 +66,15 @@ def test_the_expected_force_at_rest_points_up_in_the_body():
     np.testing.assert_allclose(rotation.apply(force - [0.1, 0.2, 0.3]), [0, 0, 9.8], atol=1e-13)
 
 
-@pytest.mark.parametrize("settings", [{}, {"bias_decay": 0.1, "gate": 0.5, "initial_bias_sd": 0.03}])
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"bias_decay": 0.1, "gate": 0.5, "initial_bias_sd": 0.03},
+        {"gate": np.inf, "initial_quaternion_sd": 0.1, "accel_noise_sd": 0.01},  # S is 40 000 R at the start
+    ],
+    ids=["the paper's", "decay", "wide"],
+)
 def test_the_compiled_run_is_filterpys_step_by_step(settings):
     t, accel, gyro = rough()
     start = align(t, accel, gyro)
@@ -74,11 +82,20 @@ def test_the_compiled_run_is_filterpys_step_by_step(settings):
     one.reset(start)
     all_.reset(start)
     run = all_.run(t, accel, gyro)
-    for by_step, column in zip(steps(one, t, accel, gyro), run, strict=True):
+    for by_step, column in zip(steps_by_filterpy(one, t, accel, gyro), run, strict=True):
         np.testing.assert_allclose(column, by_step, rtol=0, atol=1e-9)
     np.testing.assert_allclose(all_.x, one.x, rtol=0, atol=1e-9)
     np.testing.assert_allclose(all_.P, one.P, rtol=0, atol=1e-12)  # it is of the order 1e-4
     np.testing.assert_array_equal(np.isnan(run.acceleration), ~np.isfinite(accel).all(axis=1))
+
+
+def test_samples_are_read_where_they_are_and_in_any_layout():
+    t, accel, gyro = rough(200)
+    expected = QuaternionEkf().run(t, accel, gyro)
+    for change in (np.asfortranarray, lambda v: v.tolist(), lambda v: np.repeat(v, 2, axis=0)[::2]):
+        run = QuaternionEkf().run(t, change(accel), change(gyro))
+        np.testing.assert_array_equal(run.up, expected.up)
+    assert accel.flags.writeable
 
 
 def test_rest_keeps_tilt_and_gives_no_acceleration_however_it_is_mounted():
@@ -169,7 +186,7 @@ def test_it_is_a_filterpy_filter_whose_history_can_be_saved():
     assert isinstance(ekf, ExtendedKalmanFilter)
     saver = Saver(ekf)
     for k in range(40):
-        ekf.step(dt=0.02, accel=accel[k], gyro=gyro[k])
+        (ekf.step if k % 2 else ekf.step_by_filterpy)(dt=0.02, accel=accel[k], gyro=gyro[k])
         saver.save()
     saver.to_array()
     assert saver.x.shape == (40, 7)
@@ -179,7 +196,7 @@ def test_it_is_a_filterpy_filter_whose_history_can_be_saved():
 
 def test_filterpys_own_predict_and_update_work_on_it():
     ekf = QuaternionEkf()
-    ekf.step(dt=0.02, accel=np.array([0.0, 0.0, 9.8]), gyro=np.array([0.1, 0.0, 0.0]))
+    ekf.step_by_filterpy(dt=0.02, accel=np.array([0.0, 0.0, 9.8]), gyro=np.array([0.1, 0.0, 0.0]))
     ekf.predict()
     ekf.update(
         np.array([0.0, 0.1, 9.8]), lambda x: measurement_jacobian(x, 9.8), lambda x: expected_force(x, 9.8)

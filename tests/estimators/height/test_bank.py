@@ -89,7 +89,7 @@ def test_a_bank_takes_rows_in_any_portions(split):
                 **{
                     name: values[start:stop]
                     for name, values in rows._asdict().items()
-                    if name not in ("F", "B", "Q", "H", "R", "rest") and np.ndim(values)
+                    if name not in ("F", "B", "Q", "ends", "columns", "H", "R", "seen")
                 }
             )
             out = np.empty((4, stop - start))
@@ -104,9 +104,8 @@ def test_a_bank_takes_rows_in_any_portions(split):
         np.testing.assert_array_equal(together, getattr(whole, name))
     bits = np.concatenate([decisions.bits for decisions, _ in parts])
     assert np.array_equal(bits & REJECTED, whole.bits & REJECTED)
-    # what was a rest when the first portion ended may prove none later, never the other way round
+    # of the first portion's last rows nothing is settled yet: what comes later may extend or undo a rest
     assert np.array_equal(bits[split:] & AT_REST, whole.bits[split:] & AT_REST)
-    assert not ((whole.bits & AT_REST) & ~bits).any()
 
 
 def test_without_rests_and_gate_it_is_filterpys_own_predict_and_update():
@@ -148,7 +147,7 @@ def test_a_minute_of_rest_is_held_within_millimetres(seed):
     found = track(simulate("rest", duration=65, seed=seed))
     # velocities of 1 mm/s that the rest allows, correlated over half a second: 1 mm * sqrt(0.5 * 60) = 5 mm
     assert np.abs(found.height).max() < 5e-3
-    assert np.abs(found.velocity).max() < 5e-3
+    assert np.sqrt(np.mean(found.velocity**2)) < 6e-3  # what was asked for
 
 
 @pytest.mark.parametrize("speed", [0.1, 0.2, 0.5, 1.0])
@@ -166,33 +165,60 @@ def test_a_lift_at_constant_speed_is_not_mistaken_for_a_rest(speed):
     assert velocity < 0.05
 
 
-def ride(speed, seed=0, duration=60.0):
-    """A climb from 10 s on whose start no accelerometer feels; the IMU says rest throughout."""
-    t = np.arange(0, duration, 0.02)
+def ride(speed, start=0.0, seed=0, duration=60.0):
+    """A climb from 10 s on that begins within `start` seconds; the IMU claims rest throughout.
+
+    With start 0 no accelerometer has noticed anything at all.
+    """
+    t, rng = np.arange(0, duration, 0.02), np.random.default_rng(seed)
     height = np.maximum(t - 10, 0) * speed
-    altitude = height + NOISE.simulate(t, np.random.default_rng(seed))
-    return height, {"t": t, "altitude": altitude, "acceleration": 0 * t, "at_rest": np.ones(len(t), bool)}
+    acceleration = 0.025 * rng.normal(size=len(t))
+    if start:
+        u = np.clip((t - 10) / start, 0, 1)
+        height = speed * (start * u**2 / 2 + np.maximum(t - 10 - start, 0))
+        acceleration += np.where((u > 0) & (u < 1), speed / start, 0.0)
+    samples = {"t": t, "altitude": height + NOISE.simulate(t, rng), "acceleration": acceleration}
+    return height, {**samples, "at_rest": np.ones(len(t), bool)}
 
 
-@pytest.mark.parametrize("speed", [0.2, 0.5, 1.0])
 @pytest.mark.parametrize("seed", range(3))
-def test_a_wrong_rest_is_undone(speed, seed):
-    height, samples = ride(speed, seed)
-    t, odds = samples["t"], make().decide(**samples).odds
-    assert odds[t < 10].min() > 0
-    assert odds[-1] < 0
-    found = make().run(**samples)
+@pytest.mark.parametrize("speed", [0.2, 0.5, 1.0])
+def test_a_rest_that_turns_out_wrong_is_undone(speed, seed):
+    height, samples = ride(speed, start=4.0, seed=seed)  # too soft to be felt: at most 0.25 m/s²
+    t, found = samples["t"], make().run(**samples)
     off = found.height - height
     assert np.abs(off[t < 10]).max() < 5e-3
-    # half a minute later, the truth is within the 4 sds that one of 9 runs in 20 000 exceeds
-    late = t > 40
+    # the barometer's slope over W seconds is known to 1.2/W^1.5 m/s: 4 sds of 0.2 m/s after W = 8 s
+    late = t > 14 + 2 * 8
+    # integrated from shortly before the start on: 4 sds, which one of 9 runs in 2000 exceeds
     assert np.abs(off[late] / found.height_sd[late]).max() < 4
-    assert found.velocity[late] == pytest.approx(speed, abs=0.5 * speed)
+    assert found.velocity[late] == pytest.approx(
+        speed, abs=0.1
+    )  # 2.5 mg over half a minute, 0.02 m/s, and bias
 
 
-def test_what_feels_nothing_and_climbs_nothing_stays_believed():
-    height, samples = ride(0.0, seed=3, duration=300.0)
-    assert make().decide(**samples).odds.min() > 0
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("speed", [0.2, 0.5, 1.0])
+def test_even_a_start_that_nothing_felt_is_found_by_the_barometer(speed, seed):
+    height, samples = ride(speed, seed=seed)
+    t, odds = samples["t"], make().decide(**samples).odds
+    assert odds[t < 10].min() > 0
+    # the barometer's slope over W seconds is known to 1.2/W^1.5 m/s: 4 sds of it after W = (4.8/speed)^(2/3),
+    # and nine to one for a rest to be made up for
+    turned = t[t > 10][np.argmax(odds[t > 10] < 0)] - 10
+    assert 0 < turned < 2 * (4.8 / speed) ** (2 / 3)
+    assert odds[-1] < 0
+    found = make().run(**samples)
+    # the height lost is what was climbed in that time
+    assert np.abs(found.height - height).max() < 2 * (4.8 / speed) ** (2 / 3) * speed
+    assert np.mean(found.velocity[t > 30]) == pytest.approx(speed, rel=0.5)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_feels_nothing_and_climbs_nothing_stays_believed(seed):
+    _, samples = ride(0.0, seed=seed, duration=300.0)
+    # odds of nine to one at the start: a minute in ten may be doubted, and hardly is
+    assert np.mean(make().decide(**samples).odds < 0) < 0.02
     assert np.abs(make().run(**samples).height).max() < 0.02  # 1 mm/s over half seconds: 12 mm in 300 s
 
 
@@ -278,8 +304,11 @@ def test_who_knows_that_the_height_wanders_about_a_level_gains_what_method_b_hid
     assert height < np.sqrt(np.mean(plain))
 
 
+POOR = {"acceleration_sd": 0.25}
+
+
 def climb(seed=0, rise=3.2):
-    """Ten seconds of rest, a storey in 8 s, and rest again, without attitude in between."""
+    """Ten seconds of rest, a storey in 8 s, and rest again, with an accelerometer of 25 mg."""
     t = np.arange(0, 60, 0.02)
     u = np.clip((t - 10) / 8, 0, 1)
     height = rise * u**3 * (10 - 15 * u + 6 * u**2)
@@ -288,7 +317,7 @@ def climb(seed=0, rise=3.2):
     return height, {
         "t": t,
         "altitude": height + NOISE.simulate(t, rng),
-        "acceleration": acceleration + 0.01 + rng.normal(scale=0.025, size=len(t)),
+        "acceleration": acceleration + rng.normal(scale=0.25, size=len(t)),
         "at_rest": (t < 10) | (t > 18.5),
     }
 
@@ -297,9 +326,9 @@ def climb(seed=0, rise=3.2):
 def test_a_known_floor_is_taken_when_it_is_sure(seed):
     height, samples = climb(seed)
     floors = (-3.2, 0.0, 3.2, 6.4)
-    decisions = make(floors=floors).decide(**samples)
+    decisions = make(floors=floors, **POOR).decide(**samples)
     assert set(decisions.floor[np.isfinite(decisions.floor)]) == {0.0, 3.2}
-    known, unknown = make(floors=floors).run(**samples), make().run(**samples)
+    known, unknown = (make(floors=known, **POOR).run(**samples) for known in (floors, ()))
     # floors are known to 5 cm, and rests hold what they begin with
     assert np.abs(known.height[-1] - height[-1]) < 4 * 0.05
     assert known.height_sd[-1] < 0.06 < unknown.height_sd[-1]
@@ -308,16 +337,15 @@ def test_a_known_floor_is_taken_when_it_is_sure(seed):
 @pytest.mark.parametrize("rise", [3.2, 3.15, 3.25])
 def test_between_floors_a_hand_apart_none_is_ever_taken(rise):
     _, samples = climb(1, rise)
-    between = make(floors=(3.15, 3.25)).decide(**samples)
+    between = make(floors=(3.15, 3.25), **POOR).decide(**samples)
     assert np.isnan(between.floor).all()
-    np.testing.assert_array_equal(
-        make(floors=(3.15, 3.25)).run(**samples).height, make().run(**samples).height
-    )
+    known, unknown = (make(floors=floors, **POOR).run(**samples) for floors in ((3.15, 3.25), ()))
+    np.testing.assert_array_equal(known.height, unknown.height)
 
 
 def test_far_from_every_floor_none_is_taken():
     _, samples = climb(2)
-    assert np.isnan(make(floors=(-20.0, 1.6, 20.0)).decide(**samples).floor).all()
+    assert np.isnan(make(floors=(-20.0, 1.6, 20.0), **POOR).decide(**samples).floor).all()
 
 
 def test_a_turn_brings_bias_to_light_and_a_rest_learns_it_again():

@@ -5,10 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from scipy.stats import chi2
 
 from baroarma import NoiseModel
 from baroarma.estimators import height_estimator
+from baroarma.estimators.base import Alignment
 from baroarma.estimators.height.coloured_kalman import ColouredKalman
 from baroarma.testing import HeightEstimatorContract
 
@@ -41,8 +43,14 @@ def test_it_is_the_dense_solution_of_the_same_joint_gaussian(smooth):
     z[20:30] = np.nan
     sd = rng.uniform(0.1, 0.5, 60)
     kf = ColouredKalman(
-        noise=DRIFTING, dt=0.02, bias_sd=0.3, bias_walk=0.05, offset_sd=2.0, initial_height_sd=0.5,
-        unresolved=0.0, gate=np.inf,
+        noise=DRIFTING,
+        dt=0.02,
+        bias_sd=0.3,
+        bias_walk=0.05,
+        offset_sd=2.0,
+        initial_height_sd=0.5,
+        unresolved=0.0,
+        gate=np.inf,
     )
     result = (kf.smooth if smooth else kf.run)(t, z, a, sd)
     expected = dense.solve(
@@ -128,9 +136,12 @@ def consistency(way, noise, runs=100, rows=1000, rows_of_nis=100):
     return np.mean(nees), np.mean(nis)
 
 
-def band(mean, count, degrees):
-    """Whether the mean of `count` chi² variables of so many degrees of freedom lies in its 95 % band."""
-    low, high = chi2.ppf([0.025, 0.975], count * degrees) / count
+def band(mean, count, degrees, tests=1):
+    """Whether the mean of `count` chi² variables of so many degrees of freedom lies in its 95 % band.
+
+    The band is that of so many independent tests together.
+    """
+    low, high = chi2.ppf([0.025 / tests, 1 - 0.025 / tests], count * degrees) / count
     return low < mean < high
 
 
@@ -150,3 +161,117 @@ def test_in_pure_gauss_markov_noise_the_differenced_filter_knows_its_error_too()
         nees, nis = consistency(way, PURE_GM)
         assert band(nees, 100, 2)
         assert band(nis, 100 * 100, 1)
+
+
+def continuous(lag):
+    """Return A of x' = A x with x = [height, velocity, bias, low-passed height, offset, correlated, u]."""
+    A = np.zeros((7, 7))
+    A[0, 1], A[1, 2], A[1, 6] = 1.0, -1.0, 1.0
+    A[3, 0], A[3, 3] = 1 / lag, -1 / lag
+    A[5, 5] = -1 / DRIFTING.correlation_time
+    return A
+
+
+@pytest.mark.parametrize("lag", [0.02, 0.2, 5.0])
+@pytest.mark.parametrize("dt", [1e-3, 0.02, 1.0])
+def test_a_late_barometer_is_the_matrix_exponential_of_the_low_pass_behind_the_motion(lag, dt):
+    kf = ColouredKalman(noise=DRIFTING, dt=0.02, barometer_lag=lag)
+    assert kf.states[3] == "low_passed"
+    exact = expm(continuous(lag) * dt)
+    # where dt is short against the lag, dt²/2 - lag dt + lag² (1 - exp(-dt/lag)) loses lag²/dt³ of its digits
+    np.testing.assert_allclose(kf.transition(dt), exact[:6, :6], rtol=1e-9, atol=1e-15 * lag**2)
+    np.testing.assert_allclose(kf.input_matrix(dt)[:, 0], exact[:6, 6], rtol=1e-9, atol=4e-15 * lag**2)
+
+
+def test_a_late_barometers_filter_is_a_plain_kalman_filter_of_the_exact_matrices():
+    rng = np.random.default_rng(2)
+    lag, n = 0.15, 200
+    t = np.cumsum(rng.uniform(0.01, 0.05, n))
+    z, a = rng.normal(size=n), rng.normal(size=n)
+    z[rng.random(n) < 0.3] = np.nan
+    sds = {"bias_sd": 0.3, "bias_walk": 0.05, "offset_sd": 2.0, "acceleration_sd": 0.2}
+    kf = ColouredKalman(noise=DRIFTING, dt=0.02, barometer_lag=lag, unresolved=0.0, gate=np.inf, **sds)
+    found = kf.run(t, z, a)
+    P = np.diag([1e-3, 0.1, 0.3, 1e-3, 2.0, 0.27]) ** 2
+    P[0, 3] = P[3, 0] = 1e-6  # the same height
+    x, h, rows = np.zeros(6), np.array([0.0, 0, 0, 1, 1, 1]), []
+    for k in range(n):
+        if k:
+            dt = t[k] - t[k - 1]
+            E = expm(continuous(lag) * dt)
+            F, B = E[:6, :6], E[:6, 6]
+            x = F @ x + B * (a[k] + a[k - 1]) / 2
+            correlated = 0.27**2 * (1 - np.exp(-2 * dt / 0.75))
+            Q = np.diag([0, 0, 0.05**2 * dt, 0, DRIFTING.drift_rate**2 * dt, correlated])
+            P = F @ P @ F.T + Q + 0.2**2 * np.outer(B, B)
+        if np.isfinite(z[k]):
+            gain = P @ h / (h @ P @ h + DRIFTING.white_sd**2)
+            x, P = x + gain * (z[k] - h @ x), P - np.outer(gain, h @ P)
+        rows.append([*x[:2], *np.sqrt(np.diag(P)[:2])])
+    np.testing.assert_allclose(
+        found, np.transpose(rows), rtol=0, atol=1e-9
+    )  # Joseph against plain, 1e4 apart
+
+
+def test_a_barometer_without_lag_is_the_limit_of_a_short_one():
+    rng = np.random.default_rng(3)
+    t, a = np.arange(500) / 50, rng.normal(size=500)
+    z = DRIFTING.simulate(t, rng)
+    without, short = (
+        ColouredKalman(noise=DRIFTING, dt=0.02, barometer_lag=lag).run(t, z, a) for lag in (0.0, 1e-6)
+    )
+    # a microsecond at speeds of a few m/s
+    np.testing.assert_allclose(short, without, rtol=0, atol=1e-5)
+
+
+def test_what_it_reports_is_what_linear_trials_of_its_own_model_have():
+    noise, runs, dt = DRIFTING.at_rate(10), 400, 0.1
+    rng, t = np.random.default_rng(0), np.arange(0, 180, 0.1)
+    sds = {"bias_sd": 0.03, "bias_walk": 3e-4, "offset_sd": 1.0, "acceleration_sd": 0.03}
+    kf = ColouredKalman(
+        noise=noise, dt=dt, midpoint=False, confirm_rest=False, gate=np.inf, unresolved=0.0, **sds
+    )
+    errors, nees, at = [], [], [10, 100, 600, 1799]
+    for _ in range(runs):
+        v0, bias, offset = rng.normal(scale=[0.1, 0.03, 1.0])
+        biases = bias + 3e-4 * np.cumsum(np.sqrt(dt) * rng.normal(size=len(t)))
+        felt = biases + 0.03 * rng.normal(size=len(t))  # of a body that moves with v0
+        height = v0 * t + 1e-3 * rng.normal()
+        kf.reset()
+        found = kf.run(t, height + offset + noise.simulate(t, rng), felt)
+        errors.append([found.height - height, found.velocity - v0])
+    errors = np.array(errors)
+    sd = np.array([found.height_sd, found.velocity_sd])  # the same in all runs
+    for k in (0, 1):
+        # 400 runs whose errors keep for a minute or so: 1/sqrt(2 x 400 x 3) = 2 % of the rms
+        assert np.sqrt(np.mean(errors[:, k] ** 2)) == pytest.approx(np.sqrt(np.mean(sd[k] ** 2)), rel=0.05)
+        for when in at:
+            assert band(np.mean((errors[:, k, when] / sd[k, when]) ** 2), runs, 1, tests=12)
+    for when in at:
+        kf.reset()
+        kf.run(t[: when + 1], np.zeros(when + 1), np.zeros(when + 1))
+        P, e = kf.P[:2, :2], errors[:, :, when]
+        nees.append(np.mean(np.sum(e * np.linalg.solve(P, e.T).T, axis=1)))
+    assert all(band(mean, runs, 2, tests=12) for mean in nees)
+
+
+def test_the_alignments_noise_counts_until_the_next_reset():
+    kf = ColouredKalman(noise=DRIFTING, dt=0.02)
+    before = kf.acceleration_sd, kf.bias_sd, kf.Q.copy(), kf.P.copy()
+    kf.reset(Alignment(gravity=9.9, accel_sd=0.1, gravity_sd=0.02))
+    assert kf.acceleration_sd == 0.1
+    assert kf.bias_sd == pytest.approx(np.hypot(0.03, 9.9 - 9.80665))
+    assert kf.Q[1, 1] == pytest.approx(0.1**2 * 0.02**2)
+    kf.reset()
+    assert (kf.acceleration_sd, kf.bias_sd) == before[:2]
+    np.testing.assert_array_equal(kf.Q, before[2])
+    np.testing.assert_array_equal(kf.P, before[3])
+
+
+def test_what_the_user_says_beats_the_alignment_zeros_included():
+    kf = ColouredKalman(noise=DRIFTING, dt=0.02, acceleration_sd=0.0, bias_sd=0.0)
+    for alignment in (None, Alignment(accel_sd=0.1, gravity_sd=0.02)):
+        kf.reset(alignment)
+        assert (kf.acceleration_sd, kf.bias_sd) == (0.0, 0.0)
+    kf.reset()
+    assert kf.P[2, 2] == 0.0
