@@ -113,8 +113,8 @@ class Chain:
         self._find_zero(float(altitude[new[0]]) if len(new) else float("nan"))
         z = self.conditioner.run(altitude - self.zero)
         if not self.with_imu:
-            still, sd = np.zeros(len(rows)), _unseen_sd(_steps(rows.t, dt))
-            found = ChainRun(estimate(rows.t, z, still, sd), still)
+            none, sd = np.zeros(len(rows)), _unseen_sd(_steps(rows.t, dt))
+            found = ChainRun(estimate(rows.t, z, none, sd), none)
         elif self.attitude is None:
             height = estimate(rows.t, z, accel=rows.accel, gyro=rows.gyro)
             found = ChainRun(height, np.diff(height.velocity, prepend=self._velocity) / _steps(rows.t, dt))

@@ -68,7 +68,7 @@ class Conditioner:
     def __init__(self, *, average: int = 1, whitening: WhiteningFilter | None = None) -> None:
         self.whitening = whitening
         self._recent: deque[float] = deque(maxlen=average)
-        self._stream = whitening and whitening.stream()
+        self._stream = whitening.stream() if whitening else None
 
     def step(self, altitude: float) -> float:
         """Take one altitude in m; NaN (no new sample) gives NaN and changes nothing."""

@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-Vector = tuple[float, ...]
+Vector = tuple[float, ...] | Array
 fused = njit(cache=True, fastmath={"contract"}, error_model="numpy")
 """Compile with a b + c in one rounding; nothing else that a NaN could notice."""
 inlined = njit(cache=True, fastmath={"contract"}, error_model="numpy", inline="always")
@@ -168,7 +168,7 @@ def normalise(v: Array) -> None:
 
 
 @njit(cache=True)
-def fill_up(up: Array, q: Array) -> None:
+def fill_up(up: Array, q: Vector) -> None:
     """Write the vertical in body axes: the last row of C^nb [SG14, Eq. 23, sign corrected]."""
     up[0], up[1], up[2] = upward(q)
 
@@ -302,7 +302,8 @@ def run_quaternion_ekf(
 
     x, P, held go on, the last three are filled.
     """
-    belief, now = load_belief(x, P), (held[0], held[1], held[2], held[3])
+    belief = load_belief(x, P)
+    now: Vector = held[0], held[1], held[2], held[3]
     for k in range(len(t)):
         dt = t[k] - before
         before = t[k]
@@ -376,9 +377,9 @@ def correct_quaternion(belief: EkfBelief, f: Array, gravity: float, s: EkfSettin
     h2 = scaled4(gravity, up_gradient(q, 2))
     m0, m1 = plus4(times4(P, h0), 1.0, G[0]), plus4(times4(P, h1), 1.0, G[1])
     m2 = plus4(times4(P, h2), 1.0, G[2])
-    n0 = dot4(G[0], h0) + B[0], dot4(G[1], h0) + B[1], dot4(G[2], h0) + B[2]
-    n1 = dot4(G[0], h1) + B[1], dot4(G[1], h1) + B[3], dot4(G[2], h1) + B[4]
-    n2 = dot4(G[0], h2) + B[2], dot4(G[1], h2) + B[4], dot4(G[2], h2) + B[5]
+    n0: Vector = dot4(G[0], h0) + B[0], dot4(G[1], h0) + B[1], dot4(G[2], h0) + B[2]
+    n1: Vector = dot4(G[0], h1) + B[1], dot4(G[1], h1) + B[3], dot4(G[2], h1) + B[4]
+    n2: Vector = dot4(G[0], h2) + B[2], dot4(G[1], h2) + B[4], dot4(G[2], h2) + B[5]
     y0, y1, y2 = f[0] - gravity * up[0], f[1] - gravity * up[1], f[2] - gravity * up[2]
     y0, y1, y2 = y0 - belief.b[0], y1 - belief.b[1], y2 - belief.b[2]
     near0, near1, near2 = abs(y0) <= s.gate, abs(y1) <= s.gate, abs(y2) <= s.gate
@@ -593,7 +594,7 @@ def fill_tilt_noise(Q: Array, Z: Array, dt: float, gyro_noise_sd: float) -> None
 
 
 @njit(cache=True)
-def tilt_measurement_variance(external: Array, s: TiltSettings) -> float:
+def tilt_measurement_variance(external: Vector, s: TiltSettings) -> float:
     """Return (c_a²/3)|a|² + sd_A², the diagonal of R [Lee16, Eq. 6b, corrected]."""
     square = external[0] ** 2 + external[1] ** 2 + external[2] ** 2
     return float(s.acceleration_memory**2 / 3 * square + s.accel_noise_sd**2)
@@ -629,7 +630,8 @@ def run_tilt_kalman(
 
     x, P, held, external go on, the last three are filled.
     """
-    belief, now = load_tilt(x, P, external), (held[0], held[1], held[2], held[3])
+    belief = load_tilt(x, P, external)
+    now: Vector = held[0], held[1], held[2], held[3]
     for k in range(len(t)):
         dt = t[k] - before
         before = t[k]

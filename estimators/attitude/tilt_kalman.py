@@ -129,9 +129,11 @@ class TiltKalman(AttitudeEstimator, KalmanFilter):
         self._started = True
         return self._state(accel)
 
-    def run(self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None) -> AttitudeRun:
+    def run(
+        self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None, *, dt: float = 0.0
+    ) -> AttitudeRun:
         """Take all samples, compiled; the filter then stands where the last `step` would leave it."""
-        return self._take(t, float(t[0]) if len(t) else 0.0, accel, gyro)
+        return self._take(t, float(t[0]) - dt if len(t) else 0.0, accel, gyro)
 
     def _take(self, t: Signal, before: float, accel: Signal, gyro: Signal) -> AttitudeRun:
         """Take samples, the first of them t[0] - before after what came before it."""

@@ -15,6 +15,9 @@ altitude adds the difference of the two log-likelihoods.  The state is `rested`'
 else `free`'s: a rest that turns out wrong is undone by looking at the other filter.  The odds are held within
 `longest_odds`, for a model is never quite right and evidence must be able to turn.
 
+While `free` speaks, the rest is considered anew every `recovery` s, from `free`, for a soft stop is not felt.  It is
+believed at once if the velocity almost surely is that of a rest; else the altitudes have to show it.
+
 A rest ends when the IMU says so, or when the velocity of the older `recent` does: a soft start is seen there.
 Then this filter goes on, which rested until shortly before the start and has integrated it since; if the odds
 were negative, `free` does.
@@ -201,8 +204,10 @@ def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out:
         flags[_SILENCE] += dt[k]
         if flags[_FORKED] and (not at_rest[k] or _starts(rules.sway, rules.onset, x, P, flags)):
             _join(x, P, doubt, flags, bits)
+        if flags[_FORKED] and flags[_ODDS] < 0.0 and flags[_AGE] >= rules.recovery - ROUNDING:
+            _fork(k, rest_variance[k], rules, FREE, x, P, doubt, flags)
         if at_rest[k] and not flags[_FORKED]:
-            _fork(k, rest_variance[k], rules, x, P, doubt, flags)
+            _fork(k, rest_variance[k], rules, RESTED, x, P, doubt, flags)
         if flags[_FORKED]:
             rested[k] = rest_variance[k] + flags[_SWAY]
             pin(RESTED, x, P, VELOCITY, 0.0, rested[k], gain, work)
@@ -269,14 +274,26 @@ def _copy(source: int, target: int, x: Signal, P: Signal, doubt: Signal) -> None
 
 @njit(cache=True, error_model="numpy")
 def _fork(
-    k: int, rest_variance: float, rules: Rules, x: Signal, P: Signal, doubt: Signal, flags: Signal
+    k: int,
+    rest_variance: float,
+    rules: Rules,
+    source: int,
+    x: Signal,
+    P: Signal,
+    doubt: Signal,
+    flags: Signal,
 ) -> None:
-    """Begin to consider a rest, from the free filter, which stands in slot 0."""
+    """Begin to consider a rest, from the filter `source`; again, if that is the free one of a fork."""
+    _copy(source, 0, x, P, doubt)
     for i in range(1, FILTERS):
         _copy(0, i, x, P, doubt)
     v, variance = x[0, VELOCITY], P[0, VELOCITY, VELOCITY]
     still, riding = max(variance + rest_variance, EXACT), variance + rules.cruise_sd**2
     odds = rules.prior_odds + 0.5 * (math.log(riding / still) + v * v * (1.0 / riding - 1.0 / still))
+    if source == FREE and odds < SURE:
+        odds = min(odds, -SURE)
+    # a velocity that no rest explains is an error of its own, and tells nothing about height and bias
+    P[RESTED, VELOCITY, VELOCITY] += max(v * v - 4.0 * still, 0.0)
     flags[_FORKED], flags[_OLDER], flags[_FORK_ROW] = 1.0, 2.0, k
     flags[_ODDS] = min(max(odds, -rules.longest_odds), rules.longest_odds)
     flags[_AGE] = flags[_SINCE] = flags[_ON_FLOOR] = 0.0

@@ -124,7 +124,7 @@ class Complementary(HeightEstimator):
         self.drive.reset()
         self._x, self._started = np.zeros(2), False
         self._P, self._noise = self._initial_covariance(), self._noise_parameters()
-        self._K = float(self.gain[0]), float(self.gain[1])
+        self._K, self._longest = tuple(self.gain.tolist()), LONGEST_WEIGHT * self.time_constant
         self._barometer = np.array([np.nan, 0.0, 0.0])  # last sample, whether it is unused, time since used
 
     def step(
@@ -178,7 +178,7 @@ class Complementary(HeightEstimator):
             (t, z, u, a_sd, quiet | at_rest),
             self._K,
             self.slow_barometer == "hold",
-            LONGEST_WEIGHT * self.time_constant,
+            self._longest,
             self._noise,
             self.acceleration_sd,
             self.rest_sd**2,

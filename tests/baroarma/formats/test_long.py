@@ -129,7 +129,9 @@ def test_a_gyro_in_the_wrong_unit_is_noticed_where_it_turns_fast(log, tmp_path, 
 
 def test_only_large_files_with_pressure_are_long(tmp_path, monkeypatch):
     frame().to_csv(path := tmp_path / "log.csv", index=False)
-    frame().rename(columns={"pressure_pa": "temperature_c"}).to_csv(other := tmp_path / "acc.csv", index=False)
+    frame().rename(columns={"pressure_pa": "temperature_c"}).to_csv(
+        other := tmp_path / "acc.csv", index=False
+    )
     assert not is_long(path)
     monkeypatch.setattr(long, "LONG", path.stat().st_size)
     assert is_long(path)
@@ -142,7 +144,9 @@ def test_only_large_files_with_pressure_are_long(tmp_path, monkeypatch):
 def test_the_parts_need_no_more_memory_than_a_part(tmp_path, monkeypatch):
     monkeypatch.setattr(parquet, "ROWS", 10_000)
     n = 200_000
-    table = frame(n).assign(**{f"{s}_{x}_{u}": 0.5 for s, u in (("acc", "m_s2"), ("gyr", "rad_s")) for x in "xyz"})
+    table = frame(n).assign(
+        **{f"{s}_{x}_{u}": 0.5 for s, u in (("acc", "m_s2"), ("gyr", "rad_s")) for x in "xyz"}
+    )
     table.to_parquet(path := tmp_path / "log.parquet")
     long_one = LongRecording(path)
     tracemalloc.start()
