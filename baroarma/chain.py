@@ -107,7 +107,7 @@ class Chain:
 
         With a `lag` in s each row knows what came up to so much later; the smoother doesn't go on after it.
         """
-        before = {"dt": dt} if self._started else {}
+        before: dict[str, Any] = {"dt": dt} if self._started else {}
         estimate = partial(self.height.run, **before) if lag is None else self._smoother(lag)
         new = np.flatnonzero(np.isfinite(altitude))
         self._find_zero(float(altitude[new[0]]) if len(new) else float("nan"))

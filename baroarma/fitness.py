@@ -92,7 +92,8 @@ class Divergence:
 
     def __init__(self, start: float, chain: Chain) -> None:
         self._start, self._by_design = start, chain.conditioner.whitening is not None
-        self._sum = self._count = np.zeros(0)
+        self._sum: Signal = np.zeros(0)
+        self._count: Signal = np.zeros(0)
 
     def take(self, t: Signal, apart: Signal) -> list[Finding]:
         """Take the next rows, and return what is known by now.
@@ -103,10 +104,11 @@ class Divergence:
             Times in s, and height minus barometric height, m; NaN: no sample.
         """
         new = np.isfinite(apart)
-        block = ((t[new] - self._start) // DIVERGENCE_OVER).astype(int)
+        block = ((t[new] - self._start) / DIVERGENCE_OVER).astype(int)
         n = max(len(self._sum), block.max(initial=-1) + 1)
-        self._sum = np.bincount(block, apart[new], n) + np.pad(self._sum, (0, n - len(self._sum)))
-        self._count = np.bincount(block, None, n) + np.pad(self._count, (0, n - len(self._count)))
+        more = n - len(self._sum)
+        self._sum = np.bincount(block, apart[new], n) + np.pad(self._sum, (0, more))
+        self._count = np.bincount(block, minlength=n) + np.pad(self._count, (0, more))
         return [] if self._by_design or not n else self._findings()
 
     def _findings(self) -> list[Finding]:
@@ -159,7 +161,7 @@ def _about_sensors(recording: Recording, chain: Chain, aligned_over: float) -> l
     if not chain.with_imu:
         message = "There is no IMU: this is the barometer alone, smoothed, and late in fast motion."
         found.append(Finding("no-imu", "warning", message))
-    first = float(recording.t[recording.is_new][0] - recording.t[0])
+    first = float(recording.t[np.argmax(recording.is_new)] - recording.t[0])
     if first >= aligned_over:
         message = f"The first pressure came after {first:.3g} s and counts as height 0 there."
         found.append(Finding("late-barometer", "warning", message))
@@ -169,7 +171,7 @@ def _about_sensors(recording: Recording, chain: Chain, aligned_over: float) -> l
 def _about_rest(recording: Recording, aligned_over: float) -> list[Finding]:
     if recording.accel is None or recording.gyro is None:
         return []
-    early = recording.t - recording.t[0] < aligned_over
+    early = slice(int(np.searchsorted(recording.t, recording.t[0] + aligned_over)))
     spread = float(np.nanstd(np.linalg.norm(recording.accel[early], axis=1)))
     rate = float(np.sqrt(np.sum(np.nanvar(recording.gyro[early], axis=0))))
     if spread < QUIET_ACCELERATION and rate < QUIET_RATE:

@@ -148,7 +148,7 @@ def _first(parts: Iterator[Recording]) -> Iterator[Recording]:
 def _joined(parts: list[Recording]) -> Recording:
     if len(parts) == 1:
         return parts[0]
-    signals = {
+    signals: dict[str, Any] = {
         field.name: np.concatenate([getattr(part, field.name) for part in parts])
         for field in fields(Recording)[:8]
         if getattr(parts[0], field.name) is not None
@@ -207,7 +207,8 @@ class _ParquetWriter:
     """A row group per part; pyarrow needs to know the columns first."""
 
     def __init__(self, path: Path) -> None:
-        self._path, self._writer = path, None
+        self._path = path
+        self._writer: Any = None
 
     def __call__(self, track: Track) -> None:
         import pyarrow

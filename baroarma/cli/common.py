@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -74,14 +76,16 @@ def read_recordings(
         recordings = read_all(files, mapping=pairs(mapping))
     if start is None and stop is None:
         return recordings
-    cut = [
-        r.between(-float("inf") if start is None else start, float("inf") if stop is None else stop)
-        for r in recordings
-    ]
+    cut = [recording.between(*span(start, stop)) for recording in recordings]
     for recording in cut:
         if not len(recording):
             raise click.UsageError(f"{recording.name} has no rows from {start} s to {stop} s")
     return cut
+
+
+def span(start: float | None, stop: float | None) -> tuple[float, float]:
+    """Return ``--start`` and ``--stop`` as times, in s."""
+    return -math.inf if start is None else start, math.inf if stop is None else stop
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
@@ -128,6 +132,7 @@ def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: bars.update(bar, completed=done, total=total)
 
 
+@cache
 def announce_compiling() -> None:
     """Say once when something is compiled, which happens on first use after installation or a change."""
     from numba.core import event
@@ -142,7 +147,7 @@ def announce_compiling() -> None:
             pass
 
     said: list[bool] = []
-    event.register("numba:compile", Announcer())
+    event.register("numba:compile", Announcer())  # type: ignore[no-untyped-call]
 
 
 def jobs_option(command: F) -> F:

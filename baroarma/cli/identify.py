@@ -19,6 +19,7 @@ from baroarma.cli.common import (
     read_recordings,
     recordings_argument,
     say,
+    span,
     with_progress,
 )
 
@@ -151,8 +152,8 @@ def _rests(
     names = pairs(mapping)
     if not all(is_long(file, names) for file in files):
         return [partial(_as_is, recording) for recording in read_recordings(files, mapping, start, stop)]
-    span = {name: value for name, value in (("start", start), ("stop", stop)) if value is not None}
-    return [partial(read_rest, file, mapping=names, **span) for file in files]
+    since, until = span(start, stop)
+    return [partial(read_rest, file, mapping=names, start=since, stop=until) for file in files]
 
 
 def _as_is(recording: Recording) -> Recording:

@@ -20,6 +20,7 @@ from baroarma.cli.common import (
     read_recordings,
     recordings_argument,
     say,
+    span,
 )
 
 if TYPE_CHECKING:
@@ -197,9 +198,9 @@ def _in_parts(
     from baroarma.formats.long import LongRecording
     from baroarma.streaming import track_file
 
-    span = {name: value for name, value in (("start", start), ("stop", stop)) if value is not None}
     with busy(f"reading {file}"):
-        log = LongRecording(file, mapping=pairs(mapping), **span)
+        since, until = span(start, stop)
+        log = LongRecording(file, mapping=pairs(mapping), start=since, stop=until)
     try:
         with progress_bar("tracking") as progress:
             found = track_file(tracker, log, out or sys.stdout, progress=progress)

@@ -97,7 +97,7 @@ class Check:
         keep = steps > 0
         if keep.all():
             return table
-        self._repeated += np.count_nonzero(~keep)
+        self._repeated += int(np.count_nonzero(~keep))
         self._standstill = self._standstill or _stands_still(table, int(np.argmin(keep)))
         values, rows = {name: value[keep] for name, value in table.values.items()}, np.flatnonzero(keep)
         return replace(table, values=values, place=lambda row: table.place(int(rows[row])))

@@ -51,7 +51,7 @@ def test_fed_part_by_part_a_tracker_gives_the_rows_of_one_run(log, preset, edges
 def test_a_part_out_of_order_is_refused_in_a_sentence(log):
     tracker = Tracker.preset("sg14-a")
     tracker.feed(log.between(0, 10))
-    with pytest.raises(ValueError, match="begins at 5 s, not after 9.99 s"):
+    with pytest.raises(ValueError, match=r"begins at 5 s, not after 9.99 s"):
         tracker.feed(log.between(5, 15))
 
 
