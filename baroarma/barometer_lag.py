@@ -3,7 +3,9 @@
 A barometer that smooths (a BMP280 with its filter on, an LPS25H's average) reports the height of a moment ago.
 `coloured-kalman` can carry the low-passed height in its state; the likelihood of the altitudes, as a function
 of the time constant, says which one the log supports.  The interval is that of the profile likelihood: what
-lies less than 1.92 below the maximum.
+lies less than 1.92 below the maximum.  It knows of noise and bias, not of the IMU's scale errors, and covers the
+truth less often than it says where those matter or rests come and go: in 15 of 20 logs of squats with pauses and a
+BMI270's errors, in 19 of 20 without either.
 """
 
 from __future__ import annotations
@@ -95,9 +97,9 @@ def estimate_barometer_lag(
     Examples
     --------
     >>> from baroarma.simulation import DEVICES, simulate
-    >>> log = simulate("squat", duration=30, device="bmp390-bmi270", seed=1)
+    >>> log = simulate("squat", duration=60, device="bmp390-bmi270", seed=1)
     >>> estimate_barometer_lag(log, DEVICES["bmp390-bmi270"].barometer.noise)
-    <BarometerLag 0.06... s [0.0..., 0.0...]: pass barometer_lag=0.0...>
+    <BarometerLag 0.0... s [0.0..., 0.0...]: pass barometer_lag=0.0...>
     """
     from scipy.optimize import brentq, minimize_scalar
 

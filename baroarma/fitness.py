@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,8 +92,8 @@ class Divergence:
 
     def __init__(self, start: float, chain: Chain) -> None:
         self._start, self._by_design = start, chain.conditioner.whitening is not None
-        self._sum: Signal = np.zeros(0)
-        self._count: Signal = np.zeros(0)
+        self._sum: NDArray[Any] = np.zeros(0)
+        self._count: NDArray[Any] = np.zeros(0)
 
     def take(self, t: Signal, apart: Signal) -> list[Finding]:
         """Take the next rows, and return what is known by now.

@@ -125,7 +125,11 @@ def _errors(
         captured=chain.bias_capture,
         alignment=ALIGNMENT,
         horizontal_acceleration=horizontal_acceleration,
-        rest=Alignment(accel_sd=imu.accel_sd, gyro_sd=imu.gyro_sd),
+        rest=Alignment(
+            accel_sd=imu.accel_sd,
+            gyro_sd=imu.gyro_sd,
+            gravity_sd=imu.accel_sd / math.sqrt(imu.rate_hz * ALIGNMENT),
+        ),
     )
     return errors, round(duration * imu.rate_hz)
 

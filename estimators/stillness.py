@@ -7,9 +7,9 @@ disturbs it when
 * their means over a tenth of a second do: a soft start or a slow turn, or
 * the reference is not as long as gravity: free fall, an even acceleration.
 
-A disturbance begins a new period; after `SETTLED` s without one the IMU is still.  How far is far follows from
-the noise of the recording's own rest (`Alignment.accel_sd`, `gyro_sd`), and is never less than what tables and
-hands do.  Being still is not being at rest: a lift at constant speed is still, too.
+A disturbance begins a new period; after `SETTLED` s without one the IMU is still.  How far is far follows
+from the noise of the recording's own rest (`Alignment.accel_sd`, `gyro_sd`), and is never less than what
+tables and hands do.  Being still is not being at rest: a lift at constant speed is still, too.
 
 What shakes is still, but its accelerometer sees more than its own noise, and sampled slowly it looks like
 white noise: `shaking` is its sd, from the differences of successive samples in the still periods so far.
@@ -36,6 +36,8 @@ SHORT_MEAN: Final = 0.1
 """Time constant of the short means, s."""
 LONGEST_SILENCE: Final = 0.5
 """Seconds without an IMU sample after which nothing is known."""
+ROUNDING: Final = 1e-6
+"""Sums of intervals that but for so much (s) reach a time do reach it: no clock's rounding decides."""
 KNOCK: Final = 6.0
 """Standard deviations of one sample that are no noise."""
 SHIFT: Final = 4.0
@@ -106,7 +108,7 @@ class Stillness:
         return self._take(np.array([dt]), accel[None], gyro[None])
 
     def run(self, t: Signal, accel: Signal, gyro: Signal, dt: float = 0.0) -> StillnessRun:
-        """Take all samples: t (n,), accel (n, 3), gyro (n, 3); the first row comes `dt` s after the last one."""
+        """Take all samples: t (n,), accel (n, 3), gyro (n, 3); the first `dt` s after the last one taken."""
         return self._take(np.diff(t, prepend=t[:1] - dt), accel, gyro)
 
     def _take(self, dt: Signal, accel: Signal, gyro: Signal) -> StillnessRun:
@@ -138,10 +140,10 @@ def _run(
         silence = memory[11] + dt[k]
         f, w = accel[k], gyro[k]
         if not (np.isfinite(f).all() and np.isfinite(w).all()):
-            if silence > LONGEST_SILENCE:
+            if silence > LONGEST_SILENCE + ROUNDING:
                 age, samples = 0.0, 0.0
         else:
-            if samples == 0.0 or silence > LONGEST_SILENCE:
+            if samples == 0.0 or silence > LONGEST_SILENCE + ROUNDING:
                 samples = 0.0
             else:
                 share = dt[k] / (SHORT_MEAN + dt[k])
@@ -162,12 +164,12 @@ def _run(
                 age = 0.0
             samples += 1.0
             since, silence = silence, 0.0
-            if age > SETTLED:
+            if age >= SETTLED - ROUNDING:
                 square = ((f[0] - last[0]) ** 2 + (f[1] - last[1]) ** 2 + (f[2] - last[2]) ** 2) / 6.0
                 memory[12] += min(since / SHAKING_TIME, 1.0) * (square - memory[12])
             last[:] = f
         memory[9], memory[10], memory[11] = age, samples, silence
-        still[k] = age > SETTLED and silence <= LONGEST_SILENCE
+        still[k] = age >= SETTLED - ROUNDING and silence <= LONGEST_SILENCE + ROUNDING
         shaken = math.sqrt(memory[12])
         shaking[k] = shaken if shaken > SHAKEN * limits.accel_sd else math.nan
 

@@ -59,11 +59,12 @@ class Adapter(AttitudeEstimator):
         quaternions = np.empty((n, 4))
         for k in range(n):
             new = kernels.is_sample(accel[k])
-            lost = kernels.forget_rate(self.held, dt[k])
+            self.held[:] = kernels.forget_rate(self.held, dt[k])
+            lost = kernels.is_lost(self.held)
             if lost and new and accel[k].any():
                 self._start(accel[k])
-                self.held[3] = 0.0
-            kernels.take_rate(self.held, gyro[k], bias)
+                self.held[:] = kernels.levelled(self.held)
+            self.held[:] = kernels.take_rate(self.held, gyro[k], bias)
             quaternions[k] = self._advance(0.0 if lost else dt[k], self.held[:3], accel[k] if new else None)
         self._started = self._started or n > 0
         return self._project(quaternions, accel)

@@ -141,6 +141,8 @@ class Decisions(NamedTuple):
     """This standard deviation, m, (n,)."""
     rest_variance: Signal
     """Variance with which v = 0 was taken; NaN: it was not, (n,)."""
+    startled: Signal
+    """Variance of the velocity that was wrong if this is where a rest begins, (m/s)², (n,)."""
 
     @property
     def log_likelihood(self) -> float:
@@ -176,7 +178,7 @@ class Bank:
         n, bank = len(rows.z), self._filters
         now = speaker(bank.memory)
         bank.x[now], bank.P[now] = x, P
-        decisions = Decisions(np.zeros(n, np.uint8), *(np.full(n, np.nan) for _ in range(6)))
+        decisions = Decisions(np.zeros(n, np.uint8), *(np.full(n, np.nan) for _ in range(7)))
         run_bank(rows, self.rules, bank, decisions, out)
         now = speaker(bank.memory)
         x[:], P[:] = bank.x[now], bank.P[now]
@@ -190,24 +192,24 @@ def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out:
     m = x.shape[1]
     gain, work = np.empty(m), np.empty((m + 1, m))
     F, B, Q, ends, columns, transition, H, R, seen, measurement, z = rows[:11]
-    dt, u, variance, at_rest, rest_variance, level, level_variance, _, turned = rows[11:]
-    bits, floor, jump, odds, innovation, innovation_sd, rested = decisions
+    dt, u, variance, at_rest, rest_variance, level, level_variance, _, turned, _ = rows[11:]
+    bits, floor, jump, odds, innovation, innovation_sd, rested, startled = decisions
     n = len(z)
     for k in range(n):
-        jump[k], bits[k] = doubt[speaker(flags), JUMP], 0
+        jump[k], bits[k], startled[k] = doubt[speaker(flags), JUMP], 0, 0.0
         for i in range(_active(flags)):
             if transition[k] >= 0:
                 predict(i, x, P, F, B, Q, transition[k], ends, columns, u[k], variance[k], work)
-            loosen(i, P, turned[k], doubt[i, JUMP])
+            loosen(i, P, turned[k], doubt[i, JUMP], 0.0)
             doubt[i, JUMP] = 0.0
             doubt[i, SINCE] += dt[k] if doubt[i, COUNT] > 0.0 else 0.0
         flags[_SILENCE] += dt[k]
         if flags[_FORKED] and (not at_rest[k] or _starts(rules.sway, rules.onset, x, P, flags)):
             _join(x, P, doubt, flags, bits)
         if flags[_FORKED] and flags[_ODDS] < 0.0 and flags[_AGE] >= rules.recovery - ROUNDING:
-            _fork(k, rest_variance[k], rules, FREE, x, P, doubt, flags)
+            startled[k] = _fork(k, rest_variance[k], rules, FREE, x, P, doubt, flags)
         if at_rest[k] and not flags[_FORKED]:
-            _fork(k, rest_variance[k], rules, RESTED, x, P, doubt, flags)
+            startled[k] = _fork(k, rest_variance[k], rules, RESTED, x, P, doubt, flags)
         if flags[_FORKED]:
             rested[k] = rest_variance[k] + flags[_SWAY]
             pin(RESTED, x, P, VELOCITY, 0.0, rested[k], gain, work)
@@ -282,8 +284,12 @@ def _fork(
     P: Signal,
     doubt: Signal,
     flags: Signal,
-) -> None:
-    """Begin to consider a rest, from the filter `source`; again, if that is the free one of a fork."""
+) -> float:
+    """Begin to consider a rest, from the filter `source`; again, if that is the free one of a fork.
+
+    A velocity that no rest explains is an error of its own, and tells nothing about height and bias: return
+    the variance that it adds.
+    """
     _copy(source, 0, x, P, doubt)
     for i in range(1, FILTERS):
         _copy(0, i, x, P, doubt)
@@ -292,11 +298,12 @@ def _fork(
     odds = rules.prior_odds + 0.5 * (math.log(riding / still) + v * v * (1.0 / riding - 1.0 / still))
     if source == FREE and odds < SURE:
         odds = min(odds, -SURE)
-    # a velocity that no rest explains is an error of its own, and tells nothing about height and bias
-    P[RESTED, VELOCITY, VELOCITY] += max(v * v - 4.0 * still, 0.0)
+    startled = max(v * v - 4.0 * still, 0.0)
+    P[RESTED, VELOCITY, VELOCITY] += startled
     flags[_FORKED], flags[_OLDER], flags[_FORK_ROW] = 1.0, 2.0, k
     flags[_ODDS] = min(max(odds, -rules.longest_odds), rules.longest_odds)
     flags[_AGE] = flags[_SINCE] = flags[_ON_FLOOR] = 0.0
+    return float(startled)
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -377,7 +384,7 @@ def _hear(news: float, longest: float, flags: Signal) -> None:
 @njit(cache=True, error_model="numpy")
 def _recognise_floor(rules: Rules, x: Signal, P: Signal, flags: Signal, gain: Signal, work: Signal) -> float:
     """Take the floor that the rested filter stands on, once a rest, if it is sure; return it or NaN."""
-    if flags[_ON_FLOOR] or flags[_ODDS] < SURE or flags[_AGE] < rules.memory:
+    if flags[_ON_FLOOR] or flags[_ODDS] < SURE or flags[_AGE] < rules.memory - ROUNDING:
         return math.nan
     h, variance = x[RESTED, HEIGHT], P[RESTED, HEIGHT, HEIGHT] + rules.floor_variance
     best, second, floor = math.inf, math.inf, math.nan

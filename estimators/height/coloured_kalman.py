@@ -219,7 +219,7 @@ class ColouredKalman(LinearHeight):
         if alignment is not None and math.isfinite(alignment.accel_sd):
             accel_sd = alignment.accel_sd
             bias_sd = math.hypot(BIAS_SD, alignment.gravity - STANDARD_GRAVITY)
-            self._aligned_sd = math.hypot(alignment.gravity_sd, LEFT_BIAS_SD)
+            self._aligned_sd = math.hypot(np.nan_to_num(alignment.gravity_sd), LEFT_BIAS_SD)
         self.acceleration_sd, self.bias_sd = (
             usual if given is None else given
             for given, usual in zip(self._given[:2], (accel_sd, bias_sd), strict=True)
@@ -258,10 +258,12 @@ class ColouredKalman(LinearHeight):
         """Decide on the way forward, go back over what was decided, and stand where the way forward led."""
         x, P = self.x.T.copy(), self.P[None].copy()
         _, decisions = self._weigh(rows)
-        rejected, on_floor = decisions.bits & REJECTED > 0, np.isfinite(decisions.floor)
+        at_rest, rejected = decisions.bits & AT_REST > 0, decisions.bits & REJECTED > 0
+        on_floor = np.isfinite(decisions.floor)
         decided = rows._replace(
             z=np.where(rejected, np.nan, rows.z),
-            at_rest=decisions.bits & AT_REST > 0,
+            at_rest=at_rest,
+            startled=np.where(at_rest, decisions.startled, 0.0),
             rest_variance=decisions.rest_variance,
             level=np.where(on_floor, decisions.floor, rows.level),
             level_variance=np.where(on_floor, self._bank.rules.floor_variance, rows.level_variance),

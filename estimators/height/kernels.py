@@ -6,6 +6,7 @@ own named functions, with an index for each row.  Row k is
     x = F x + B u,  P = F P F' + Q + sigma_a^2 B B'             (not on the first row: index -1)
     P_bb += turned                                              (where the accelerometer has turned)
     P_hh += jump^2,  P_vv += (jump / 3 s)^2                     (where the height may have jumped)
+    P_vv += startled                                            (where a rest proved the velocity wrong)
     update with v = 0, variance `rest_variance`                 (where at rest)
     update with h = level                                       (where a level is known)
     update with z = H x + noise of variance R                   (where z is not NaN)
@@ -80,6 +81,8 @@ class Rows(NamedTuple):
     """By how much the height may have jumped since the row before, m, (n,); 0: not at all."""
     turned: Signal
     """Variance that the bias, state 2, has gained since then by turning, (m/s²)², (n,)."""
+    startled: Signal
+    """Variance of the velocity that proved wrong at row k, (m/s)², (n,); 0: none did."""
 
 
 def entries(F: Signal) -> tuple[Index, Index]:
@@ -222,13 +225,14 @@ def pin(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def loosen(i: int, P: Signal, turned: float, jump: float) -> None:
-    """Let the bias have turned, and the height have jumped by `jump` m."""
+def loosen(i: int, P: Signal, turned: float, jump: float, startled: float) -> None:
+    """Let the bias have turned, the height have jumped by `jump` m, the velocity have been wrong."""
     if turned > 0.0:
         P[i, BIAS, BIAS] += turned
     if jump > 0.0:
         P[i, HEIGHT, HEIGHT] += jump * jump
         P[i, VELOCITY, VELOCITY] += (jump / JUMP_TIME) ** 2
+    P[i, VELOCITY, VELOCITY] += startled
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -245,11 +249,11 @@ def filter_rows(rows: Rows, x: Signal, P: Signal, out: Signal) -> None:
     m = x.shape[1]
     gain, work = np.empty(m), np.empty((m + 1, m))
     F, B, Q, ends, columns, transition, H, R, seen, measurement, z = rows[:11]
-    dt, u, variance, at_rest, rest_variance, level, level_variance, jump, turned = rows[11:]
+    dt, u, variance, at_rest, rest_variance, level, level_variance, jump, turned, startled = rows[11:]
     for k in range(len(z)):
         if transition[k] >= 0:
             predict(0, x, P, F, B, Q, transition[k], ends, columns, u[k], variance[k], work)
-        loosen(0, P, turned[k], jump[k])
+        loosen(0, P, turned[k], jump[k], startled[k])
         if at_rest[k]:
             pin(0, x, P, VELOCITY, 0.0, rest_variance[k], gain, work)
         if not math.isnan(level[k]):

@@ -59,7 +59,7 @@ def test_after_a_gap_the_velocity_is_as_uncertain_as_it_is_wrong(preset):
     """Three seconds without any sensor, in the middle of squats: nobody knows the velocity then."""
     z = []
     for seed in range(8):
-        log = simulate("squat", duration=40, seed=seed)
+        log = simulate("squat", duration=40, pause=0.0, seed=seed)
         log = log.rows((log.t < 30) | (log.t >= 33))
         track = Tracker.preset(preset, noise=BMP085.noise).run(log)
         after = np.searchsorted(log.t, 33.0)

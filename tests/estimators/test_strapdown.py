@@ -74,7 +74,7 @@ def test_real_sensors_stay_within_the_stated_sds(seed):
 
 
 def test_missing_rows_are_bridged():
-    recording = ending_at_rest(simulate("squat", duration=18, seed=3))
+    recording = ending_at_rest(simulate("squat", duration=18, pause=0.0, seed=3))
     blank = (np.arange(len(recording)) % 10 == 4)[:, None]
     gappy = replace(recording, accel=np.where(blank, np.nan, recording.accel))
     # linear interpolation over 40 ms of a 4 s motion: (pi/2)² / 8 0.04² of 1 m/s², and some noise
@@ -82,7 +82,7 @@ def test_missing_rows_are_bridged():
 
 
 def test_turning_points_are_no_rests():
-    recording = simulate("squat", duration=20, seed=4)
+    recording = simulate("squat", duration=20, pause=0.0, seed=4)
     static = quasi_static(recording.t, recording.accel, recording.gyro)
     assert static[recording.t < 4.5].all()
     moving = recording.t > 8.5
@@ -91,7 +91,7 @@ def test_turning_points_are_no_rests():
 
 
 def test_what_is_missing_is_said():
-    squat = simulate("squat", duration=20, seed=5)
+    squat = simulate("squat", duration=20, pause=0.0, seed=5)
     assert [f.code for f in bourke_track(squat).findings] == ["no-rest"]
     assert "end" in bourke_track(squat).findings[0].message
     with pytest.raises(ValueError, match="squat has no quasi-static period"):

@@ -161,3 +161,13 @@ def test_averages_longer_than_the_decimation_do_not_fit_as_in_figure_5():
         assert four.white_sd.mean == pytest.approx(four.theory_white_sd, rel=0.1)  # 4 % low, +- 2 %
         assert four.total_sd.mean < one.total_sd.mean
     assert "Bartlett" in studies[0].summary()
+
+
+def test_of_a_long_series_of_awkward_length_a_few_samples_do_not_matter():
+    x = np.random.default_rng(8).normal(size=262_147)  # a prime, 3 above a power of 2
+    outcome = cumulative_periodogram_test(x)
+    power = np.cumsum(np.abs(np.fft.rfft(x - x.mean())[1:131_074]) ** 2)
+    steps = np.arange(131_073) / 131_072
+    distance = max(np.max(steps[1:] - power[:-1] / power[-1]), np.max(power[:-1] / power[-1] - steps[:-1]))
+    # three samples of a quarter million move the statistic by their share of the total power, 1e-5
+    assert outcome.statistic == pytest.approx(distance, abs=3e-5)

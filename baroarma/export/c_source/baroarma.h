@@ -41,6 +41,10 @@ typedef struct {
 /* What the parts remember; nothing in here is for the user. */
 
 typedef struct {
+    baroarma_real time, low; /* a sum of intervals in two parts, s */
+} baroarma_clock;
+
+typedef struct {
     baroarma_real up[3];                   /* unit vector in body axes that points up */
     baroarma_real gyro_bias[3];            /* rad/s */
     baroarma_real gravity;                 /* mean modulus of the specific force, m/s^2 */
@@ -56,7 +60,7 @@ typedef struct {
 
 typedef struct {
     int samples;                             /* 0 before the first call */
-    baroarma_real elapsed, elapsed_low;      /* time since the first call in two parts, s */
+    baroarma_clock elapsed;                  /* since the first call */
     int forces, rates, altitudes;            /* new samples so far */
     baroarma_real force[3], rate[3];         /* their means, m/s^2 and rad/s */
     baroarma_real force_spread, rate_spread; /* sums of their squared differences from these, all axes */
@@ -69,10 +73,12 @@ typedef struct {
     baroarma_alignment alignment;
     baroarma_real first_pressure, metres; /* Pa, NaN before there is one; T0/L times its (p/p0)^k, m */
     baroarma_real zero;                   /* height above the first pressure that counts as 0, m */
-    baroarma_real age;                    /* time since the last acceleration, s */
+    baroarma_clock age;                   /* since the last acceleration */
     baroarma_real acceleration;           /* the last one, m/s^2 */
     baroarma_attitude attitude;
     baroarma_conditioning conditioning;
+    baroarma_early early;
+    baroarma_stillness stillness;
     baroarma_height height;
 } baroarma_state;
 

@@ -114,13 +114,25 @@ static void take_altitude(baroarma_height *s, real altitude)
     s->unused = 1;
 }
 
-/* altitude, m: NaN without a new sample; its acceleration's sd, m/s^2: NaN for the filter's own. */
-static void height_step(baroarma_height *s, real dt, real altitude, real acceleration, real acceleration_sd)
+/* altitude, m: NaN without a new sample; its acceleration's sd, m/s^2: NaN for the filter's own.  What the IMU
+ * feels at rest has no effect here. */
+static void height_step(baroarma_height *s, real dt, real altitude, real acceleration, real acceleration_sd,
+                        const real up[3], int still)
 {
     const real a = drive_step(&s->drive, acceleration);
     const real sd = isnan(acceleration_sd) ? BAROARMA_ACCELERATION_SD : acceleration_sd;
+    (void)up;
+    (void)still;
     if (s->started && dt > 0) advance(s, dt, a, square(sd));
     s->started = 1;
     if (at_rest(&s->drive)) stop(s);
     if (!isnan(altitude)) take_altitude(s, altitude);
+}
+
+static void height_tell(const baroarma_height *s, baroarma_result *result)
+{
+    result->height = s->x[0];
+    result->velocity = s->x[1];
+    result->height_sd = root_of(s->P[0][0]);
+    result->velocity_sd = root_of(s->P[1][1]);
 }

@@ -1,10 +1,5 @@
 /* ---- what both attitude filters do with their samples --------------------------------------------------- */
 
-static int is_sample(const real v[3])
-{
-    return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
-}
-
 static int is_zero(const real v[3])
 {
     return !(FABS(v[0]) > 0 || FABS(v[1]) > 0 || FABS(v[2]) > 0);
@@ -95,13 +90,4 @@ static void attitude_update(real x[N], real P[N][N], const real h[N], real y, re
     for (i = 0; i < N; i++) {
         for (j = 0; j < N; j++) P[i][j] -= row[i] * gain[j];
     }
-}
-
-static void normalise(real *v, int n)
-{
-    real sum = 0;
-    int i;
-    for (i = 0; i < n; i++) sum += square(v[i]);
-    sum = SQRT(sum);
-    for (i = 0; i < n; i++) v[i] /= sum;
 }

@@ -1,8 +1,8 @@
-/* ---- the Kalman height filter's steps --------------------------------------------------------------------- */
+/* ---- the steps of a Kalman height filter ------------------------------------------------------------------ */
 
 #define STATES BAROARMA_STATES
 
-static void height_start(baroarma_height *s, const baroarma_rest *rest)
+static void filter_start(baroarma_filter *s)
 {
     int i, j;
     for (i = 0; i < STATES; i++) {
@@ -11,93 +11,104 @@ static void height_start(baroarma_height *s, const baroarma_rest *rest)
         s->P[i][i] = BAROARMA_INITIAL_VARIANCE[i];
     }
     s->low = 0;
-    s->started = 0;
-    drive_start(&s->drive);
-    fill_model(s, 0);
-    start_model(s, rest);
 }
 
-/* x = F x + B a,  P = F P F' + wander + variance B B',  B = [dt^2/2, dt, 0 ...]'; zeros of F are skipped. */
-static void height_predict(baroarma_height *s, real a, real variance)
+static void model_start(baroarma_model *m)
 {
-    const real B[2] = {s->dt * s->dt / 2, s->dt};
-    real FP[STATES][STATES] = {{0}}, x[STATES] = {0};
-    int i, j, k;
+    int i, j;
+    m->dt = NO_SAMPLE;
     for (i = 0; i < STATES; i++) {
-        for (k = 0; k < STATES; k++) {
-            if (!(FABS(s->F[i][k]) > 0)) continue;
-            if (i > 0 || k > 0) x[i] += s->F[i][k] * s->x[k]; /* of the height, what it climbs */
-            for (j = 0; j < STATES; j++) FP[i][j] += s->F[i][k] * s->P[k][j];
-        }
-    }
-    for (i = 0; i < STATES; i++) {
-        if (i > 0) s->x[i] = x[i];
-        for (j = 0; j < STATES; j++) s->P[i][j] = 0;
-    }
-    for (j = 0; j < STATES; j++) {
-        for (k = 0; k < STATES; k++) {
-            if (!(FABS(s->F[j][k]) > 0)) continue;
-            for (i = 0; i < STATES; i++) s->P[i][j] += FP[i][k] * s->F[j][k];
-        }
-    }
-    for (i = 0; i < STATES; i++) s->P[i][i] += s->wander[i];
-    climb(&s->x[0], &s->low, x[0] + B[0] * a);
-    s->x[1] += B[1] * a;
-    for (i = 0; i < 2; i++) {
-        for (j = 0; j < 2; j++) s->P[i][j] += variance * B[i] * B[j];
+        for (j = 0; j < STATES; j++) m->F[i][j] = 0;
+        m->B[i] = m->wander[i] = 0;
     }
 }
 
-/* One scalar measurement z = h' x + noise of variance r: P = (I - k h') P (I - k h')' + r k k'. */
-static void height_update(baroarma_height *s, const real h[STATES], real z, real r)
+/* x = F x + B a,  P = F P F' + wander + variance B B'; zeros of F are skipped. */
+static void filter_predict(baroarma_filter *s, const baroarma_model *m, real a, real variance)
 {
-    real gain[STATES], left[STATES][STATES], LP[STATES][STATES], variance = r;
+    real FP[STATES][STATES] = {{0}}, x[STATES];
     int i, j, k;
+    for (i = 0; i < STATES; i++) {
+        x[i] = m->B[i] * a;
+        for (k = 0; k < STATES; k++) {
+            if (!(FABS(m->F[i][k]) > 0)) continue;
+            if (i > 0 || k > 0) x[i] += m->F[i][k] * s->x[k]; /* of the height, what it climbs */
+            for (j = 0; j < STATES; j++) FP[i][j] += m->F[i][k] * s->P[k][j];
+        }
+    }
+    climb(&s->x[0], &s->low, x[0]);
+    for (i = 1; i < STATES; i++) s->x[i] = x[i];
+    for (i = 0; i < STATES; i++) {
+        for (j = i; j < STATES; j++) {
+            real sum = variance * m->B[i] * m->B[j];
+            for (k = 0; k < STATES; k++) {
+                if (FABS(m->F[j][k]) > 0) sum += FP[i][k] * m->F[j][k];
+            }
+            s->P[i][j] = s->P[j][i] = sum;
+        }
+        s->P[i][i] += m->wander[i];
+    }
+}
+
+/* The innovation of z = h' x + noise of variance r, and its variance; `gain` becomes P h. */
+static real filter_innovate(const baroarma_filter *s, const real h[STATES], real z, real r, real gain[STATES],
+                            real *variance)
+{
+    int i, j;
+    *variance = r;
     for (i = 0; i < STATES; i++) {
         gain[i] = 0;
-        for (j = 0; j < STATES; j++) gain[i] += s->P[i][j] * h[j];
+        for (j = 0; j < STATES; j++) gain[i] += s->P[j][i] * h[j];
         z -= h[i] * s->x[i];
-        variance += h[i] * gain[i];
+        *variance += h[i] * gain[i];
     }
+    return z;
+}
+
+/* The update with the innovation y, in Joseph's form: P = (I - k h') P (I - k h')' + r k k'. */
+static void filter_absorb(baroarma_filter *s, const real h[STATES], real gain[STATES], real y, real variance,
+                          real r)
+{
+    real row[STATES];
+    int i, j;
     for (i = 0; i < STATES; i++) {
+        row[i] = gain[i];
         gain[i] /= variance;
-        for (j = 0; j < STATES; j++) left[i][j] = (real)(i == j) - gain[i] * h[j];
+        if (i > 0) s->x[i] += gain[i] * y;
     }
-    climb(&s->x[0], &s->low, gain[0] * z);
-    for (i = 1; i < STATES; i++) s->x[i] += gain[i] * z;
+    climb(&s->x[0], &s->low, gain[0] * y);
     for (i = 0; i < STATES; i++) {
-        for (j = 0; j < STATES; j++) {
-            LP[i][j] = 0;
-            for (k = 0; k < STATES; k++) LP[i][j] += left[i][k] * s->P[k][j];
-        }
+        for (j = 0; j < STATES; j++) s->P[i][j] -= gain[i] * row[j];
     }
     for (i = 0; i < STATES; i++) {
-        for (j = 0; j < STATES; j++) {
-            s->P[i][j] = r * gain[i] * gain[j];
-            for (k = 0; k < STATES; k++) s->P[i][j] += LP[i][k] * left[j][k];
-        }
+        row[i] = -r * gain[i];
+        for (j = 0; j < STATES; j++) row[i] += s->P[i][j] * h[j];
     }
+    for (i = 0; i < STATES; i++) {
+        for (j = i; j < STATES; j++) s->P[i][j] = s->P[j][i] = s->P[i][j] - row[i] * gain[j];
+    }
+}
+
+/* Take z = h' x + noise of variance r; what is known exactly tells nothing new. */
+static void filter_update(baroarma_filter *s, const real h[STATES], real z, real r)
+{
+    real gain[STATES], variance;
+    const real y = filter_innovate(s, h, z, r, gain, &variance);
+    if (variance > 0) filter_absorb(s, h, gain, y, variance, r);
+}
+
+/* Take one state for known. */
+static void filter_pin(baroarma_filter *s, int state, real value, real r)
+{
+    real h[STATES] = {0};
+    h[state] = 1;
+    filter_update(s, h, value, r);
 }
 
 /* The variance of what drives the step; what changes by more than noise from one acceleration sample to the
  * next may do anything between them. */
-static real driving_variance(const baroarma_height *s, real acceleration_sd)
+static real driving_variance(const baroarma_drive *drive, real acceleration_sd)
 {
-    const real sd = isnan(acceleration_sd) ? s->acceleration_sd : acceleration_sd;
-    const real beyond = s->drive.change - 5 * sd;
-    return square(sd) + (beyond > 0 ? square(BAROARMA_UNRESOLVED * beyond) : 0);
-}
-
-/* altitude, m: NaN without a new sample; its acceleration's sd, m/s^2: NaN for the filter's own. */
-static void height_step(baroarma_height *s, real dt, real altitude, real acceleration, real acceleration_sd)
-{
-    static const real VELOCITY[STATES] = {0, 1};
-    const real a = drive_step(&s->drive, acceleration);
-    if (s->started) {
-        if (FABS(dt - s->dt) > 0) fill_model(s, dt);
-        height_predict(s, a, driving_variance(s, acceleration_sd));
-    }
-    s->started = 1;
-    if (at_rest(&s->drive)) height_update(s, VELOCITY, 0, square(BAROARMA_REST_SD));
-    if (!isnan(altitude)) height_update(s, BAROARMA_MEASUREMENT, altitude, BAROARMA_R);
+    const real beyond = drive->change - 5 * acceleration_sd;
+    return square(acceleration_sd) + (beyond > 0 ? square(BAROARMA_UNRESOLVED * beyond) : 0);
 }

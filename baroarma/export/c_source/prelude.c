@@ -42,3 +42,48 @@ static real dot(const real a[3], const real b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
+
+static real larger(real a, real b)
+{
+    return a > b ? a : b;
+}
+
+static real smaller(real a, real b)
+{
+    return a < b ? a : b;
+}
+
+/* A variance that rounding has made negative counts as 0. */
+static real root_of(real variance)
+{
+    return variance < 0 ? 0 : SQRT(variance);
+}
+
+static void normalise(real *v, int n)
+{
+    real sum = 0;
+    int i;
+    for (i = 0; i < n; i++) sum += square(v[i]);
+    sum = SQRT(sum);
+    for (i = 0; i < n; i++) v[i] /= sum;
+}
+
+static int is_sample(const real v[3])
+{
+    return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
+}
+
+/* Sum up time, s.  The second number keeps what a float is too coarse for, so that no decision falls a sample
+ * later than it should; a double adds up as Python does. */
+static void tick(baroarma_clock *clock, real dt)
+{
+    const real added = dt - clock->low, sum = clock->time + added;
+    clock->low = BAROARMA_FLOAT ? (sum - clock->time) - added : 0;
+    clock->time = sum;
+}
+
+static void set_clock(baroarma_clock *clock, real time)
+{
+    clock->time = time;
+    clock->low = 0;
+}

@@ -31,20 +31,6 @@ static void fill_up_jacobian(real J[3][4], const real q[4])
     J[2][3] = 0;
 }
 
-/* The shortest rotation that has this vertical, of any length; upside down it is a turn about x. */
-static void fill_level(real q[4], const real up[3])
-{
-    const real horizontal = HYPOT(up[0], up[1]), half = ATAN2(horizontal, up[2]) / 2;
-    q[0] = SIN(half);
-    q[1] = 0;
-    q[2] = 0;
-    q[3] = COS(half);
-    if (horizontal > 0) {
-        q[0] = SIN(half) * up[1] / horizontal;
-        q[1] = -SIN(half) * up[0] / horizontal;
-    }
-}
-
 /* variance (I - q q') into q's block of P and 0 beside it: errors that turn q and do not stretch it. */
 static void fill_turn_covariance(real P[7][7], const real q[4], real variance)
 {
@@ -131,10 +117,10 @@ static void correct(baroarma_attitude *s, const real accel[3])
     normalise(s->x, 4);
 }
 
-/* The vertical acceleration, m/s^2; NaN without an accelerometer sample. */
-static real attitude_step(baroarma_attitude *s, real dt, const real accel[3], const real gyro[3])
+/* The vertical acceleration, m/s^2; NaN without an accelerometer sample.  `up` becomes the vertical. */
+static real attitude_step(baroarma_attitude *s, real dt, const real accel[3], const real gyro[3], real up[3])
 {
-    real F[7][7], Q[7][7], up[3];
+    real F[7][7], Q[7][7];
     const int lost = forget_rate(&s->held, dt);
     fill_transition(F, s->held.rate, dt);
     fill_noise(Q, s->x, s->P, dt);

@@ -73,8 +73,8 @@ static void correct(baroarma_attitude *s, const real accel[3])
     }
 }
 
-/* The vertical acceleration, m/s^2; NaN without an accelerometer sample. */
-static real attitude_step(baroarma_attitude *s, real dt, const real accel[3], const real gyro[3])
+/* The vertical acceleration, m/s^2; NaN without an accelerometer sample.  `up` becomes the vertical. */
+static real attitude_step(baroarma_attitude *s, real dt, const real accel[3], const real gyro[3], real up[3])
 {
     real F[3][3], Q[3][3], vertical = NO_SAMPLE;
     const int lost = forget_rate(&s->held, dt);
@@ -90,6 +90,7 @@ static real attitude_step(baroarma_attitude *s, real dt, const real accel[3], co
         }
     }
     normalise(s->up, 3);
+    for (i = 0; i < 3; i++) up[i] = s->up[i];
     if (is_sample(accel)) {
         for (i = 0; i < 3; i++) s->external[i] = accel[i] - s->gravity * s->up[i];
         vertical = dot(accel, s->up) - s->gravity;

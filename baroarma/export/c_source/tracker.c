@@ -25,14 +25,6 @@ static void alignment_start(baroarma_alignment *s)
     *s = nothing;
 }
 
-/* Sum up time; the second number keeps what a float of about 1 s is too coarse for. */
-static void alignment_wait(baroarma_alignment *s, real dt)
-{
-    const real added = dt - s->elapsed_low, sum = s->elapsed + added;
-    s->elapsed_low = (sum - s->elapsed) - added;
-    s->elapsed = sum;
-}
-
 static void take_mean(real *mean, int count, real value)
 {
     *mean += (value - *mean) / (real)count;
@@ -65,11 +57,12 @@ static void align_rate(baroarma_alignment *s, baroarma_part *part, const real gy
     for (i = 0; i < 3; i++) take_mean(&part->rate[i], part->rates, gyro[i]);
 }
 
-static void align(baroarma_state *state, const real accel[3], const real gyro[3], real altitude)
+static void align(baroarma_state *state, const real accel[3], const real gyro[3], real altitude, real dt)
 {
     baroarma_alignment *s = &state->alignment;
-    const int now = (int)((s->elapsed + BAROARMA_CLOCK) * BAROARMA_PARTS);
+    const int now = (int)(s->elapsed.time * BAROARMA_PARTS + BAROARMA_PART_ROUNDING);
     baroarma_part *part = &s->parts[now < BAROARMA_PARTS ? now : BAROARMA_PARTS - 1];
+    early_take(&state->early, s->samples > 0 ? dt : 0, altitude);
     s->samples++;
     if (is_sample(accel)) align_force(s, part, accel);
     if (is_sample(gyro)) align_rate(s, part, gyro);
@@ -84,7 +77,7 @@ static real sample_sd(real spread, int count)
     return count < BAROARMA_ENOUGH_SAMPLES ? NO_SAMPLE : SQRT(spread / (real)(3 * (count - 1)));
 }
 
-/* The sd of the mean of the second, from how the means of its parts differ; n is how many parts there are. */
+/* The sd of the mean of the second, from how the means of its parts differ; n is how many have samples. */
 static real mean_sd(const real *means, int n)
 {
     real mean = 0, spread = 0;
@@ -94,7 +87,7 @@ static real mean_sd(const real *means, int n)
         take_mean(&mean, i + 1, means[i]);
         spread += off * (means[i] - mean);
     }
-    return n < 2 ? NO_SAMPLE : SQRT(spread / (real)(n - 1) / (real)n);
+    return n < BAROARMA_PARTS ? NO_SAMPLE : SQRT(spread / (real)(n - 1) / (real)n);
 }
 
 static real gravity_sd(const baroarma_alignment *s)
@@ -142,12 +135,14 @@ static int conclude(const baroarma_alignment *s, baroarma_rest *rest)
 }
 
 /* Start the estimators; 0 if the alignment failed. */
-static int align_end(baroarma_state *state)
+static int align_end(baroarma_state *state, real dt)
 {
     baroarma_rest rest;
     if (!conclude(&state->alignment, &rest)) return 0;
     attitude_start(&state->attitude, &rest);
     height_start(&state->height, &rest);
+    height_look_back(&state->height, &state->early, dt);
+    stillness_start(&state->stillness, &rest);
     if (BAROARMA_BIAS_CAPTURE) {
         state->zero = state->alignment.altitude;
         conditioning_shift(&state->conditioning, state->zero);
@@ -171,36 +166,34 @@ static real unseen_sd(real dt)
     return BAROARMA_UNSEEN_WALK / SQRT(dt > BAROARMA_LEAST_STEP ? dt : BAROARMA_LEAST_STEP);
 }
 
+static int height_is_finite(const baroarma_height *s)
+{
+    baroarma_result r;
+    height_tell(s, &r);
+    return isfinite(r.height) && isfinite(r.velocity) && isfinite(r.height_sd) && isfinite(r.velocity_sd);
+}
+
 /* One sample; 0 if a number has become too large. */
 static int chain_step(baroarma_state *state, const real accel[3], const real gyro[3], real altitude, real dt)
 {
-    const baroarma_height *h = &state->height;
     const real since = state->aligned ? dt : 0; /* the attitude's first step takes no time */
-    real a = attitude_step(&state->attitude, since, accel, gyro), z = NO_SAMPLE, sd = NO_SAMPLE;
+    real up[3], a = attitude_step(&state->attitude, since, accel, gyro, up), z = NO_SAMPLE;
+    real sd = stillness_step(&state->stillness, dt, accel, gyro);
     if (is_sample(accel) && !isfinite(a)) return 0;
     if (!isnan(altitude)) z = conditioning_step(&state->conditioning, altitude - state->zero);
-    state->age = isnan(a) ? state->age + dt : 0;
-    if (state->age > BAROARMA_STALE || dt > BAROARMA_STALE) sd = unseen_sd(dt);
-    if (state->age > BAROARMA_STALE) a = 0;
-    height_step(&state->height, dt, z, a, sd);
+    tick(&state->age, dt);
+    if (!isnan(a)) set_clock(&state->age, 0);
+    if (state->age.time > BAROARMA_STALE || dt > BAROARMA_STALE) sd = unseen_sd(dt);
+    if (state->age.time > BAROARMA_STALE) a = 0;
+    height_step(&state->height, dt, z, a, sd, up, is_still(&state->stillness));
     if (!isnan(a)) state->acceleration = a;
-    return isfinite(h->x[0]) && isfinite(h->x[1]) && isfinite(h->P[0][0]) && isfinite(h->P[1][1]);
-}
-
-/* A variance that rounding has made negative counts as 0. */
-static real root_of(real variance)
-{
-    return variance < 0 ? 0 : SQRT(variance);
+    return height_is_finite(&state->height);
 }
 
 static baroarma_result result_of(const baroarma_state *state, baroarma_status status)
 {
-    const baroarma_height *s = &state->height;
     baroarma_result result;
-    result.height = s->x[0];
-    result.velocity = s->x[1];
-    result.height_sd = root_of(s->P[0][0]);
-    result.velocity_sd = root_of(s->P[1][1]);
+    height_tell(&state->height, &result);
     result.acceleration = state->acceleration;
     result.status = status;
     return result;
@@ -211,7 +204,9 @@ void baroarma_init(baroarma_state *state)
     const baroarma_rest unknown = {{0, 0, 1}, {0, 0, 0}, 0, NO_SAMPLE, NO_SAMPLE, NO_SAMPLE, NO_SAMPLE};
     state->aligned = 0;
     state->first_pressure = NO_SAMPLE;
-    state->metres = state->zero = state->age = state->acceleration = 0;
+    state->metres = state->zero = state->acceleration = 0;
+    set_clock(&state->age, 0);
+    early_start(&state->early);
     alignment_start(&state->alignment);
     conditioning_start(&state->conditioning);
     height_start(&state->height, &unknown);
@@ -223,9 +218,9 @@ static baroarma_status align_step(baroarma_state *state, const real accel[3], co
 {
     baroarma_status status = BAROARMA_ALIGNING;
     real altitude = altitude_of(state, pressure);
-    if (state->alignment.samples > 0) alignment_wait(&state->alignment, dt);
-    if (state->alignment.elapsed + BAROARMA_CLOCK >= 1) {
-        if (align_end(state)) {
+    if (state->alignment.samples > 0) tick(&state->alignment.elapsed, dt);
+    if (state->alignment.elapsed.time + BAROARMA_CLOCK >= 1) {
+        if (align_end(state, dt)) {
             const int good = chain_step(state, accel, gyro, altitude, dt);
             state->aligned = 1;
             return good ? BAROARMA_OK : BAROARMA_OVERFLOW;
@@ -234,7 +229,7 @@ static baroarma_status align_step(baroarma_state *state, const real accel[3], co
         baroarma_init(state);
         altitude = altitude_of(state, pressure);
     }
-    align(state, accel, gyro, altitude);
+    align(state, accel, gyro, altitude, dt);
     return status;
 }
 

@@ -98,7 +98,7 @@ def test_the_help_lists_motions_with_their_options_and_devices(capsys):
     [
         (
             ["squat", "--set", "deep=1"],
-            "motion 'squat' has no option 'deep'; it has depth, period, tilt, count",
+            "motion 'squat' has no option 'deep'; it has depth, period, tilt, pause, count",
         ),
         (["squat", "--set", "depth=deep"], "--set takes OPTION=VALUE with a number"),
         (["squat", "--set", "depth"], "--set takes OPTION=VALUE with a number"),

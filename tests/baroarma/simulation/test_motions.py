@@ -49,12 +49,12 @@ def true_motion(motion, t, seed=0, **options):
 
 
 def fine_times(motion, until=THREE_MINUTES):
-    """Every 2 ms; 0.5 ms for the sway about three axes, 0.1 ms for the impact that ramps up by 4000 m/s³."""
+    """Every 2 ms; 1 ms for squats that start and stop, 0.5 ms for the sway about three axes, 0.1 ms for the impact that ramps up by 4000 m/s³."""
     if motion == "free-fall":
         return np.concatenate(
             (np.arange(0, 7.9, 2e-3), np.arange(7.9, 9.9, 1e-4), np.arange(9.9, until, 2e-3))
         )
-    return np.arange(0, until, 5e-4 if motion == "walk" else 2e-3)
+    return np.arange(0, until, {"walk": 5e-4, "squat": 1e-3}.get(motion, 2e-3))
 
 
 def in_body_axes(truth, vector):
@@ -157,7 +157,7 @@ def test_squats_reach_the_depth_that_was_measured_and_stop_when_counted():
     assert truth.height.min() == pytest.approx(-0.60, abs=1e-4)  # SG14 Sec. 3.4
     assert tilt(truth).max() == pytest.approx(0.4, abs=1e-4)
     assert truth.height[-1] == pytest.approx(0, abs=1e-12)
-    assert not truth.velocity[t > REST_BEFORE + 4 * 4].any()
+    assert not truth.velocity[t > REST_BEFORE + 3 * (4 + 1 + 5)].any()
 
 
 def test_stairs_rest_on_each_of_three_floors_of_the_papers_height():
@@ -217,7 +217,7 @@ def test_lees_third_movement_is_faster_than_the_second():
     [
         ("hover", {}, "motion 'hover' is unknown; choose one of circle, free-fall"),
         ("rest", {"depth": 1}, "motion 'rest' has no option 'depth'; it has none"),
-        ("squat", {"deep": 1}, "no option 'deep'; it has depth, period, tilt, count"),
+        ("squat", {"deep": 1}, "no option 'deep'; it has depth, period, tilt, pause, count"),
         ("squat", {"period": 0}, "period of the motion 'squat' must be a number above 0, but it is 0"),
         ("squat", {"count": 1.5}, "must be a whole number above 0, but it is 1.5"),
         ("squat", {"tilt": -0.1}, "must be a number that is not negative, but it is -0.1"),

@@ -97,12 +97,12 @@ def test_the_longer_the_lag_the_smaller_the_error():
     assert height[-1] < height[0]
 
 
-def joint(t, jump, **sds):
+def joint(t, jump, startled, **sds):
     """Return what `dense.joint` does; after a jump a height and a velocity of its own are added."""
     hh, vv, vh, samples = dense.joint(t, NOISE, **sds)
-    for j in np.flatnonzero(jump > 0):
+    for j in np.flatnonzero((jump > 0) | (startled > 0)):
         after = (np.arange(len(t)) >= j).astype(float)
-        since, speed = after * (t - t[j]), (jump[j] / JUMP_TIME) ** 2
+        since, speed = after * (t - t[j]), (jump[j] / JUMP_TIME) ** 2 + startled[j]
         hh = hh + jump[j] ** 2 * np.outer(after, after) + speed * np.outer(since, since)
         vv = vv + speed * np.outer(after, after)
         vh = vh + speed * np.outer(after, since)
@@ -113,7 +113,7 @@ def solve(t, z, u, decided, **sds):
     """Return smoothed height, velocity and their sds, given what was decided: one big linear solve."""
     rest = decided.bits & AT_REST > 0
     seen = np.isfinite(z) & (decided.bits & REJECTED == 0)
-    hh, vv, vh, samples = joint(t, decided.jump, **sds)
+    hh, vv, vh, samples = joint(t, decided.jump, np.where(rest, decided.startled, 0.0), **sds)
     to_height, to_velocity = dense.motion_maps(t)
     S = np.block(
         [

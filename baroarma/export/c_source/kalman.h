@@ -1,0 +1,7 @@
+typedef struct {
+    baroarma_model model;
+    baroarma_filter filter;
+    int started;
+    baroarma_drive drive;
+} baroarma_height;
+
