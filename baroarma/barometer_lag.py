@@ -1,11 +1,11 @@
 """How late a barometer is: the time constant of its own low-pass filter, from a log with motion.
 
-A barometer that smooths (a BMP280 with its filter on, an LPS25H's average) reports the height of a moment ago.
-`coloured-kalman` can carry the low-passed height in its state; the likelihood of the altitudes, as a function
-of the time constant, says which one the log supports.  The interval is that of the profile likelihood: what
-lies less than 1.92 below the maximum.  It knows of noise and bias, not of the IMU's scale errors, and covers the
-truth less often than it says where those matter or rests come and go: in 15 of 20 logs of squats with pauses and a
-BMI270's errors, in 19 of 20 without either.
+A barometer that smooths (a BMP280 with its filter on, an LPS25H's average) reports the height of a moment
+ago.  `coloured-kalman` can carry the low-passed height in its state; the likelihood of the altitudes, as a
+function of the time constant, says which one the log supports.  The interval is that of the profile
+likelihood: what lies less than 1.92 below the maximum.  It knows of noise and bias, not of the IMU's scale
+errors, and covers the truth less often than it says where those matter or rests come and go: in 15 of 20 logs
+of squats with pauses and a BMI270's errors.
 """
 
 from __future__ import annotations

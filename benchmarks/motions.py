@@ -1,9 +1,9 @@
 """Every preset on every motion: `python benchmarks/motions.py [--seeds 10] [--presets a,b]`.
 
 Three minutes at 50 Hz that begin with 5 s of rest, any mounting, SG13's and SG14's sensors (device `simple`);
-each seed has its own rest recording of ten minutes, from which the noise is identified.  Root mean square over
-seeds of height m / velocity m/s.  Then what the table doesn't show: free fall at and after the impact, known
-level, smoothing.
+each seed has its own rest recording of ten minutes, from which the noise is identified.  Root mean square
+over seeds of height m / velocity m/s.  Then what the table doesn't show: free fall at and after the impact,
+known level, smoothing.
 """
 
 import argparse

@@ -137,7 +137,7 @@ class HeightEstimator(ABC):
     def reset(self, alignment: Alignment | None = None) -> None:
         """Start anew at height 0 and velocity 0."""
 
-    def look_back(self, t: Signal, altitude: Signal, *, dt: float) -> None:
+    def look_back(self, t: Signal, altitude: Signal, *, dt: float) -> None:  # noqa: B027 - most learn nothing
         """Learn from the rest before the first row, if that tells it anything; for who `listens_to_rest`.
 
         Parameters

@@ -1,7 +1,7 @@
 """Does the IMU feel anything?  The claim of rest that a height estimator may weigh.
 
-A quiet period has a reference: the mean specific force since it began, at most over `LONGEST_MEAN` s.  A sample
-disturbs it when
+A quiet period has a reference: the mean specific force since it began, at most over `LONGEST_MEAN` s.  A
+sample disturbs it when
 
 * the sample itself lies far from the reference, or the rate far from 0: a knock, or
 * their means over a tenth of a second do: a soft start or a slow turn, or
@@ -91,7 +91,7 @@ class Stillness:
     >>> rest[50] += 2.0  # a knock
     >>> moved = ~Stillness(Alignment()).run(t, rest, np.zeros((100, 3))).still
     >>> float(t[moved][0]), float(t[moved][-1])
-    (1.0, 1.52)
+    (1.0, 1.5)
     """
 
     def __init__(self, alignment: Alignment) -> None:

@@ -76,7 +76,7 @@ def align(t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, *, duration: float = 
 
 
 def _mean_sd(rows: NDArray[np.float64], part: NDArray[np.float64]) -> float:
-    """Return the sd of the mean of each column, from how the means of parts differ, NaN if it can't be told."""
+    """Return the sd of each column's mean, from how the means of parts differ; NaN if it can't be told."""
     means = np.array([rows[part == number].mean(axis=0) for number in np.unique(part)])
     if len(rows) < ENOUGH or len(means) < PARTS:
         return math.nan

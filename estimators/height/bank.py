@@ -15,12 +15,12 @@ altitude adds the difference of the two log-likelihoods.  The state is `rested`'
 else `free`'s: a rest that turns out wrong is undone by looking at the other filter.  The odds are held within
 `longest_odds`, for a model is never quite right and evidence must be able to turn.
 
-While `free` speaks, the rest is considered anew every `recovery` s, from `free`, for a soft stop is not felt.  It is
-believed at once if the velocity almost surely is that of a rest; else the altitudes have to show it.
+While `free` speaks, the rest is considered anew every `recovery` s, from `free`, for a soft stop is not felt.
+It is believed at once if the velocity almost surely is that of a rest; else the altitudes have to show it.
 
-A rest ends when the IMU says so, or when the velocity of the older `recent` does: a soft start is seen there.
-Then this filter goes on, which rested until shortly before the start and has integrated it since; if the odds
-were negative, `free` does.
+A rest ends when the IMU says so, or when the velocity of the older `recent` does: a soft start is seen
+there.  Then this filter goes on, which rested until shortly before the start and has integrated it since; if
+the odds were negative, `free` does.
 
 A hand that rests still sways.  How fast it does is learnt from the older `recent`, too, and v = 0 holds within
 that much.
@@ -118,10 +118,10 @@ class Filters(NamedTuple):
     P: Signal
     """Covariances, (4, m, m)."""
     doubt: Signal
-    """Of each filter, (4, 4): seconds since altitudes are rejected, how many, the jump to allow, and the recent
-    sum of innovations in standard deviations."""
+    """Of each filter, (4, 4): seconds since altitudes are rejected, how many, the jump to allow, and the
+    recent sum of innovations in standard deviations."""
     memory: Signal
-    """Flags and timers, (8,)."""
+    """Flags and timers, (11,)."""
 
 
 class Decisions(NamedTuple):

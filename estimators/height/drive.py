@@ -45,7 +45,7 @@ class Drive:
         return float(inputs[0]), bool(at_rest[0])
 
     def rows(self, acceleration: Signal) -> tuple[Signal, Signal, NDArray[np.bool_]]:
-        """Take samples (n,); return what drives each step, how much it changed on the way, whether at rest."""
+        """Take samples (n,); return what drives each step, how much it changed meanwhile, whether at rest."""
         n = len(acceleration)
         inputs, change, at_rest = np.empty(n), np.empty(n), np.zeros(n, np.bool_)
         steps = self.zupt_steps if self.zupt_steps else -1

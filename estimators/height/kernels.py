@@ -11,12 +11,12 @@ own named functions, with an index for each row.  Row k is
     update with h = level                                       (where a level is known)
     update with z = H x + noise of variance R                   (where z is not NaN)
 
-in the order and the form (Joseph) of filterpy's own `predict` and `update`.  Nothing is allocated on the way,
-and zeros of F and H are passed over.  `smoother` goes back over the same rows, `bank` weighs several filters.
+in the order and the form (Joseph) of filterpy's own `predict` and `update`.  Nothing is allocated on the
+way, and zeros of F and H are passed over.  `smoother` goes back over the same rows, `bank` weighs several filters.
 
 States and covariances come as stacks, x (filters, m) and P (filters, m, m), with the index i of the filter
-meant; arrays are passed one by one and the functions inlined, since views and tuples of arrays would cost more
-than the arithmetic.
+meant; arrays are passed one by one and the functions inlined, since views and tuples of arrays would cost
+more than the arithmetic.
 """
 
 from __future__ import annotations
@@ -249,7 +249,7 @@ def filter_rows(rows: Rows, x: Signal, P: Signal, out: Signal) -> None:
     m = x.shape[1]
     gain, work = np.empty(m), np.empty((m + 1, m))
     F, B, Q, ends, columns, transition, H, R, seen, measurement, z = rows[:11]
-    dt, u, variance, at_rest, rest_variance, level, level_variance, jump, turned, startled = rows[11:]
+    _, u, variance, at_rest, rest_variance, level, level_variance, jump, turned, startled = rows[11:]
     for k in range(len(z)):
         if transition[k] >= 0:
             predict(0, x, P, F, B, Q, transition[k], ends, columns, u[k], variance[k], work)

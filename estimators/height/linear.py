@@ -129,11 +129,10 @@ class LinearHeight(KalmanFilter, HeightEstimator):
     ) -> HeightState:
         """Take one sample, by the same compiled loop as `run`; see `HeightEstimator.step`."""
         steps = np.array([dt if self._started else np.nan])
-        # fmt: off
-        rows = self._rows(steps, np.array([altitude], float), np.array([acceleration], float),
-                          np.array([acceleration_sd], float), np.array([at_rest]), None if up is None else np.reshape(up, (1, 3)))
-        # fmt: on
-        found = self._filter(rows)
+        samples = (np.array([sample], float) for sample in (altitude, acceleration, acceleration_sd))
+        found = self._filter(
+            self._rows(steps, *samples, np.array([at_rest]), None if up is None else up[None])
+        )
         return HeightState(*(float(column[0]) for column in found))
 
     def run(

@@ -70,7 +70,7 @@ def smooth_rows(rows: Rows, lag: float, x: Signal, P: Signal, out: Signal) -> No
 
 @njit(cache=True, error_model="numpy")
 def _row(k: int, rows: Rows, x: Signal, P: Signal, gains: Signal, told: Signal, work: Signal) -> None:
-    """Take row k as `filter_rows` does; keep gain, innovation and variance of its rest, level and altitude."""
+    """Take row k as `filter_rows` does; keep gain, innovation and its variance of each measurement."""
     t, j = rows.transition[k], rows.measurement[k]
     if t >= 0:
         u, variance = rows.u[k], rows.acceleration_variance[k]

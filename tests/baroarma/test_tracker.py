@@ -191,8 +191,8 @@ def test_neither_the_clocks_origin_nor_the_level_matters(preset, squat):
     ("preset", "tolerance"),
     # Lee's tilt filter has no preferred axis: rounding only.  The EKFs linearise, and normalise, in body
     # axes or a quaternion's four numbers: second-order terms, (1 degree)² of P0, far below a millimetre.
-    # (SG14's gate is per axis, but these squats stay inside its 150 mg.)  `robust` knows the gyro's scale, 1 %,
-    # axis by axis.
+    # (SG14's gate is per axis, but these squats stay inside its 150 mg.)  `robust` knows the gyro's scale,
+    # 1 %, axis by axis.
     [("lee16", 1e-12), ("tanigawa08", 1e-12), ("baroarma", 1e-6), ("zhang12", 1e-5), ("sg14-a", 1e-5)],
 )
 def test_the_mounting_does_not_matter(preset, tolerance, squat):

@@ -44,7 +44,8 @@ static void filter_predict(baroarma_filter *s, const baroarma_model *m, real a, 
             for (k = 0; k < STATES; k++) {
                 if (FABS(m->F[j][k]) > 0) sum += FP[i][k] * m->F[j][k];
             }
-            s->P[i][j] = s->P[j][i] = sum;
+            s->P[i][j] = sum;
+            s->P[j][i] = sum;
         }
         s->P[i][i] += m->wander[i];
     }
@@ -85,7 +86,10 @@ static void filter_absorb(baroarma_filter *s, const real h[STATES], real gain[ST
         for (j = 0; j < STATES; j++) row[i] += s->P[i][j] * h[j];
     }
     for (i = 0; i < STATES; i++) {
-        for (j = i; j < STATES; j++) s->P[i][j] = s->P[j][i] = s->P[i][j] - row[i] * gain[j];
+        for (j = i; j < STATES; j++) {
+            s->P[i][j] -= row[i] * gain[j];
+            s->P[j][i] = s->P[i][j];
+        }
     }
 }
 

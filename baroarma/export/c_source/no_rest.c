@@ -12,7 +12,7 @@ static void early_take(baroarma_early *s, real dt, real altitude)
     (void)altitude;
 }
 
-static void height_look_back(baroarma_height *s, const baroarma_early *early, real dt)
+static void height_look_back(baroarma_height *s, baroarma_early *early, real dt)
 {
     (void)s;
     (void)early;

@@ -49,7 +49,8 @@ def true_motion(motion, t, seed=0, **options):
 
 
 def fine_times(motion, until=THREE_MINUTES):
-    """Every 2 ms; 1 ms for squats that start and stop, 0.5 ms for the sway about three axes, 0.1 ms for the impact that ramps up by 4000 m/s³."""
+    """Every 2 ms; 1 ms for squats that start and stop, 0.5 ms for the sway about three axes, 0.1 ms for the
+    impact that ramps up by 4000 m/s³."""
     if motion == "free-fall":
         return np.concatenate(
             (np.arange(0, 7.9, 2e-3), np.arange(7.9, 9.9, 1e-4), np.arange(9.9, until, 2e-3))
