@@ -88,10 +88,13 @@ class Divergence:
         Time of the track's first row, s.
     chain : Chain
         Behind a whitening filter height differs from the barometer by design, and nothing is said.
+    drift_rate : float
+        Drift of the barometer, m/sqrt(s): in a night it leaves a track that rests.
     """
 
-    def __init__(self, start: float, chain: Chain) -> None:
+    def __init__(self, start: float, chain: Chain, *, drift_rate: float = 0.0) -> None:
         self._start, self._by_design = start, chain.conditioner.whitening is not None
+        self._drift_rate = drift_rate
         self._sum: NDArray[Any] = np.zeros(0)
         self._count: NDArray[Any] = np.zeros(0)
 
@@ -113,10 +116,11 @@ class Divergence:
 
     def _findings(self) -> list[Finding]:
         apart = np.abs(self._sum / np.maximum(self._count, 1))
-        worst = int(np.argmax(apart))
-        if apart[worst] < DIVERGENCE:
+        drift = self._drift_rate * np.sqrt(DIVERGENCE_OVER * np.arange(1, len(apart) + 1))
+        lost = apart >= DIVERGENCE + 4 * drift
+        if not lost.any():
             return []
-        first = int(np.argmax(apart >= DIVERGENCE))
+        worst, first = int(np.argmax(apart)), int(np.argmax(lost))
         message = (
             f"The track leaves the barometer by up to {apart[worst]:.3g} m, first after "
             f"{first * DIVERGENCE_OVER:g} s: the tilt was lost or a sensor saturated, so don't believe "

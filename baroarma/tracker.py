@@ -292,7 +292,8 @@ class Tracker:
         found = self._chain.run(recording.rows(slice(start, None)), altitude[start:], dt, lag=lag)
         findings = track_findings(recording, self.settings, self.noise, self._chain, aligned_over=ALIGNMENT)
         name = self.settings.name if lag is None else f"{self.settings.name}, smoothed"
-        columns, self._divergence = _columns(start, found), Divergence(float(t[0]), self._chain)
+        columns, drift_rate = _columns(start, found), (self.noise or DEFAULT_NOISE).drift_rate
+        self._divergence = Divergence(float(t[0]), self._chain, drift_rate=drift_rate)
         findings = (*findings, *self._watched(t, columns[0], altitude))
         return Track(t, *columns, preset=name, name=recording.name, findings=findings)
 

@@ -133,8 +133,11 @@ def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
 
 
 @cache
-def announce_compiling() -> None:
-    """Say once when something is compiled, which happens on first use after installation or a change."""
+def announce_compiling() -> object:
+    """Say once when something is compiled, which happens on first use after installation or a change.
+
+    Returns numba's listener, for who wants to unregister it.
+    """
     from numba.core import event
 
     class Announcer(event.Listener):
@@ -147,7 +150,9 @@ def announce_compiling() -> None:
             pass
 
     said: list[bool] = []
-    event.register("numba:compile", Announcer())  # type: ignore[no-untyped-call]
+    listener = Announcer()
+    event.register("numba:compile", listener)  # type: ignore[no-untyped-call]
+    return listener
 
 
 def jobs_option(command: F) -> F:

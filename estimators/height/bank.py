@@ -15,7 +15,7 @@ altitude adds the difference of the two log-likelihoods.  The state is `rested`'
 else `free`'s: a rest that turns out wrong is undone by looking at the other filter.  The odds are held within
 `longest_odds`, for a model is never quite right and evidence must be able to turn.
 
-While `free` speaks, the rest is considered anew every `recovery` s, from `free`, for a soft stop is not felt.
+While the rest is refuted, it is considered anew every `recovery` s, from `free`, for a soft stop is not felt.
 It is believed at once if the velocity almost surely is that of a rest; else the altitudes have to show it.
 
 A rest ends when the IMU says so, or when the velocity of the older `recent` does: a soft start is seen
@@ -27,8 +27,10 @@ that much.
 
 An altitude that differs from the prediction by more than `gate` standard deviations is not taken, nor are
 altitudes that differ less but all one way, so that their sum over about half a second does: a door slams, a
-pressure steps.  If none was taken for `recovery` s, and three in a row, the height has really jumped: its
-variance grows by the square of the difference, and the filter follows.
+pressure steps.  If none was taken for `recovery` s, and three in a row, something has really jumped.  A step of a
+few metres that the IMU did not feel, and that has stayed as it was, is the pressure's: a cabin's door, a fan; the
+barometer's offset takes it.  Anything else is the height's, whatever the IMU says: its variance grows by the
+square of the difference, and the filter follows.
 
 A known floor is taken as the height, once in a rest, when no other is as likely.
 """
@@ -58,7 +60,7 @@ Signal = NDArray[np.float64]
 
 ROUNDING: Final = 1e-6
 """Sums of intervals that but for so much (s) reach a time do reach it: no clock's rounding decides."""
-SINCE, COUNT, JUMP, SUM = 0, 1, 2, 3
+SINCE, COUNT, JUMP, SUM, FIRST = 0, 1, 2, 3, 4
 """Columns of `Filters.doubt`."""
 RESTED: Final = 0
 FREE: Final = 1
@@ -104,6 +106,8 @@ class Rules(NamedTuple):
     """Velocity of what shakes but stays, m/s, until it is known better."""
     onset: float
     """Standard deviations of velocity that are a start."""
+    pressure_step: float
+    """Largest step, m, that is the barometer's and not the height's; 0: none is."""
     floors: Signal
     """Heights of known floors, m, in order; may be empty."""
     floor_variance: float
@@ -118,8 +122,8 @@ class Filters(NamedTuple):
     P: Signal
     """Covariances, (4, m, m)."""
     doubt: Signal
-    """Of each filter, (4, 4): seconds since altitudes are rejected, how many, the jump to allow, and the
-    recent sum of innovations in standard deviations."""
+    """Of each filter, (4, 5): seconds since altitudes are rejected, how many, the jump to allow (m; negative:
+    of the offset), the recent sum of innovations in standard deviations, the first one rejected (m)."""
     memory: Signal
     """Flags and timers, (11,)."""
 
@@ -132,7 +136,7 @@ class Decisions(NamedTuple):
     floor: Signal
     """Height of the floor that was recognised, m; NaN: none, (n,)."""
     jump: Signal
-    """How far the height may have jumped since the row before, m, (n,)."""
+    """How far the height may have jumped since the row before, m; negative: the offset, (n,)."""
     odds: Signal
     """Log-odds of rest; NaN: no fork, (n,)."""
     innovation: Signal
@@ -168,7 +172,7 @@ class Bank:
         self._filters = Filters(
             np.zeros((FILTERS, states)),
             np.zeros((FILTERS, states, states)),
-            np.zeros((FILTERS, 4)),
+            np.zeros((FILTERS, 5)),
             np.zeros(FLAGS),
         )
         self._filters.memory[_SWAY] = rules.sway**2
@@ -192,7 +196,7 @@ def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out:
     m = x.shape[1]
     gain, work = np.empty(m), np.empty((m + 1, m))
     F, B, Q, ends, columns, transition, H, R, seen, measurement, z = rows[:11]
-    dt, u, variance, at_rest, rest_variance, level, level_variance, _, turned, _ = rows[11:]
+    dt, u, variance, at_rest, rest_variance, level, level_variance, _, turned, _, _ = rows[11:]
     bits, floor, jump, odds, innovation, innovation_sd, rested, startled = decisions
     n = len(z)
     for k in range(n):
@@ -200,13 +204,13 @@ def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out:
         for i in range(_active(flags)):
             if transition[k] >= 0:
                 predict(i, x, P, F, B, Q, transition[k], ends, columns, u[k], variance[k], work)
-            loosen(i, P, turned[k], doubt[i, JUMP], 0.0)
+            loosen(i, P, turned[k], doubt[i, JUMP], 0.0, rows.offset)
             doubt[i, JUMP] = 0.0
             doubt[i, SINCE] += dt[k] if doubt[i, COUNT] > 0.0 else 0.0
         flags[_SILENCE] += dt[k]
         if flags[_FORKED] and (not at_rest[k] or _starts(rules.sway, rules.onset, x, P, flags)):
             _join(x, P, doubt, flags, bits)
-        if flags[_FORKED] and flags[_ODDS] < 0.0 and flags[_AGE] >= rules.recovery - ROUNDING:
+        if flags[_FORKED] and flags[_ODDS] < -SURE and flags[_AGE] >= rules.recovery - ROUNDING:
             startled[k] = _fork(k, rest_variance[k], rules, FREE, x, P, doubt, flags)
         if at_rest[k] and not flags[_FORKED]:
             startled[k] = _fork(k, rest_variance[k], rules, RESTED, x, P, doubt, flags)
@@ -227,7 +231,7 @@ def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out:
                 if s <= 0.0:  # a second sample at the same instant
                     continue
                 sd = math.sqrt(s)
-                taken = _is_taken(i, y, sd, share, rules.gate, rules.recovery, doubt)
+                taken = _is_taken(i, y, sd, share, rules, doubt)
                 if taken:
                     absorb(i, x, P, H, j, R[j], seen, y, s, gain, work)
                 if i == chosen:
@@ -237,7 +241,7 @@ def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out:
                     sign = 1.0 if i == RESTED else -1.0
                     news -= sign * (0.5 * min((y / sd) ** 2, rules.gate**2) + math.log(sd))
                     believed = believed or taken
-                    flags[_ODDS] -= sign * JUMP_ODDS if doubt[i, JUMP] > 0.0 else 0.0
+                    flags[_ODDS] -= sign * JUMP_ODDS if doubt[i, JUMP] != 0.0 else 0.0
             if active > 1:
                 _hear(news if believed else 0.0, rules.longest_odds, flags)
         if flags[_FORKED]:
@@ -360,17 +364,20 @@ def _mark(flags: Signal, bits: NDArray[np.uint8]) -> None:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _is_taken(i: int, y: float, sd: float, share: float, gate: float, recovery: float, doubt: Signal) -> bool:
+def _is_taken(i: int, y: float, sd: float, share: float, rules: Rules, doubt: Signal) -> bool:
     """Return whether filter i takes an altitude that is off by y m; keep its doubts."""
-    off = min(max(y / sd, -gate), gate)
+    off = min(max(y / sd, -rules.gate), rules.gate)
     doubt[i, SUM] = share * doubt[i, SUM] + math.sqrt(1.0 - share * share) * off
-    if abs(y) <= gate * sd and abs(doubt[i, SUM]) <= gate:
+    if abs(y) <= rules.gate * sd and abs(doubt[i, SUM]) <= rules.gate:
         doubt[i, SINCE] = doubt[i, COUNT] = 0.0
         return True
+    if doubt[i, COUNT] == 0.0:
+        doubt[i, FIRST] = y
     doubt[i, COUNT] += 1.0
-    if doubt[i, COUNT] >= 3.0 and doubt[i, SINCE] >= recovery - ROUNDING:
+    if doubt[i, COUNT] >= 3.0 and doubt[i, SINCE] >= rules.recovery - ROUNDING:
+        stays = abs(y - doubt[i, FIRST]) < 0.5 * abs(y) + 2.0 * sd
+        doubt[i, JUMP] = -abs(y) if stays and abs(y) <= rules.pressure_step else abs(y)
         doubt[i, SINCE] = doubt[i, COUNT] = doubt[i, SUM] = 0.0
-        doubt[i, JUMP] = abs(y)
     return False
 
 

@@ -99,7 +99,10 @@ class ColouredKalman(LinearHeight):
     gate : float
         An altitude so many standard deviations off is an outlier; infinity: none is.
     recovery : float
-        Outliers that go on for so many seconds are believed: the height has jumped.
+        Outliers that go on for so many seconds are believed: something has jumped.
+    pressure_step : float
+        A step up to so many metres that nothing felt, and that stays, is the pressure's (a door, a fan): the
+        offset takes it.  Larger steps are the height's, and so are smaller ones with 0.
     unresolved : float
         Share of the change from one acceleration sample to the next that the midpoint may miss.
     rest_sd : float, optional
@@ -135,6 +138,7 @@ class ColouredKalman(LinearHeight):
         confirm_rest: bool = True,
         gate: float = 6.0,
         recovery: float = 2.0,
+        pressure_step: float = 5.0,
         unresolved: float = 0.1,
         midpoint: bool = True,
         rest_sd: float | None = None,
@@ -160,6 +164,7 @@ class ColouredKalman(LinearHeight):
             memory=ONSET,
             sway=SWAY,
             onset=5.0,
+            pressure_step=pressure_step if noise.drift_rate or offset_sd else 0.0,
             floors=np.sort(np.array(floors, float)),
             floor_variance=float(floor_sd**2),
         )
@@ -180,6 +185,16 @@ class ColouredKalman(LinearHeight):
         altimeter = noise_states(noise, self.dt, offset_sd=offset_sd)
         seen = [[0.0, 0.0, 0.0, 1.0]] if barometer_lag else [[1.0, 0.0, 0.0]]
         self.H, self.R = np.hstack([seen, altimeter.H]), altimeter.R
+
+    @property
+    def rules(self) -> Rules:
+        """When the bank believes what."""
+        return self._bank.rules
+
+    @property
+    def given(self) -> tuple[float | None, float | None, float | None]:
+        """`acceleration_sd`, `bias_sd` and `rest_sd` as they were given; None: the alignment is asked."""
+        return self._given
 
     def transition(self, dt: float | Signal) -> Signal:
         """Return F for an interval in s."""
@@ -275,14 +290,16 @@ class ColouredKalman(LinearHeight):
 
     def _rows(self, steps: Signal, *samples: Any) -> Rows:
         rows = super()._rows(steps, *samples)
-        if (up := samples[-1]) is not None:
-            _turn(np.asarray(up, float), rows.at_rest, self._anchor, rows.turned)
-            rows.turned[:] *= self.bias_sd**2
+        if "offset" in self.states:
+            rows = rows._replace(offset=self.states.index("offset"))
         if self._given[2] is None:
             shaken = SHAKING_TIME**2 * rows.acceleration_variance
             rows = rows._replace(rest_variance=np.maximum(shaken, LEAST_REST_SD**2))
         if not self.confirm_rest:
             rows = rows._replace(at_rest=np.zeros(len(steps), np.bool_))
+        if (up := samples[-1]) is not None:
+            _turn(np.asarray(up, float), rows.at_rest, self._anchor, rows.turned)
+            rows.turned[:] *= self.bias_sd**2
         if self.level_prior_sd is None:
             return rows
         with np.errstate(divide="ignore"):  # no time, no information

@@ -78,11 +78,13 @@ class Rows(NamedTuple):
     level_variance: Signal
     """Its variance, (n,)."""
     jump: Signal
-    """By how much the height may have jumped since the row before, m, (n,); 0: not at all."""
+    """By how much the height may have jumped since the row before, m, (n,); negative: the offset."""
     turned: Signal
     """Variance that the bias, state 2, has gained since then by turning, (m/s²)², (n,)."""
     startled: Signal
     """Variance of the velocity that proved wrong at row k, (m/s)², (n,); 0: none did."""
+    offset: int
+    """Place of the barometer's offset in the state."""
 
 
 def entries(F: Signal) -> tuple[Index, Index]:
@@ -225,13 +227,15 @@ def pin(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def loosen(i: int, P: Signal, turned: float, jump: float, startled: float) -> None:
-    """Let the bias have turned, the height have jumped by `jump` m, the velocity have been wrong."""
+def loosen(i: int, P: Signal, turned: float, jump: float, startled: float, offset: int) -> None:
+    """Let the bias have turned, height or offset have jumped, the velocity have been wrong."""
     if turned > 0.0:
         P[i, BIAS, BIAS] += turned
     if jump > 0.0:
         P[i, HEIGHT, HEIGHT] += jump * jump
         P[i, VELOCITY, VELOCITY] += (jump / JUMP_TIME) ** 2
+    if jump < 0.0:
+        P[i, offset, offset] += jump * jump
     P[i, VELOCITY, VELOCITY] += startled
 
 
@@ -249,11 +253,11 @@ def filter_rows(rows: Rows, x: Signal, P: Signal, out: Signal) -> None:
     m = x.shape[1]
     gain, work = np.empty(m), np.empty((m + 1, m))
     F, B, Q, ends, columns, transition, H, R, seen, measurement, z = rows[:11]
-    _, u, variance, at_rest, rest_variance, level, level_variance, jump, turned, startled = rows[11:]
+    _, u, variance, at_rest, rest_variance, level, level_variance, jump, turned, startled, offset = rows[11:]
     for k in range(len(z)):
         if transition[k] >= 0:
             predict(0, x, P, F, B, Q, transition[k], ends, columns, u[k], variance[k], work)
-        loosen(0, P, turned[k], jump[k], startled[k])
+        loosen(0, P, turned[k], jump[k], startled[k], offset)
         if at_rest[k]:
             pin(0, x, P, VELOCITY, 0.0, rest_variance[k], gain, work)
         if not math.isnan(level[k]):

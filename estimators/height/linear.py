@@ -219,7 +219,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         return Rows(F, np.ascontiguousarray(B[..., 0]), Q, *entries(F), transition,
                     H, R, np.flatnonzero((H != 0).any(axis=0)), measurement, z, np.nan_to_num(steps),
                     u, sd**2 + missed**2, rest, np.full(n, self.rest_sd**2), none, none,
-                    np.zeros(n), np.zeros(n), np.zeros(n))
+                    np.zeros(n), np.zeros(n), np.zeros(n), 0)
         # fmt: on
 
     def _transitions(

@@ -75,7 +75,7 @@ def _row(k: int, rows: Rows, x: Signal, P: Signal, gains: Signal, told: Signal, 
     if t >= 0:
         u, variance = rows.u[k], rows.acceleration_variance[k]
         predict(0, x, P, rows.F, rows.B, rows.Q, t, rows.ends, rows.columns, u, variance, work)
-    loosen(0, P, rows.turned[k], rows.jump[k], rows.startled[k])
+    loosen(0, P, rows.turned[k], rows.jump[k], rows.startled[k], rows.offset)
     if rows.at_rest[k]:
         told[0] = pin(0, x, P, VELOCITY, 0.0, rows.rest_variance[k], gains[0], work)
     if not math.isnan(rows.level[k]):
