@@ -15,15 +15,19 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from baroarma.arma import ArmaModel as ArmaModel
+    from baroarma.barometer_lag import estimate_barometer_lag as estimate_barometer_lag
     from baroarma.comparison import compare as compare
     from baroarma.finding import Finding as Finding
     from baroarma.formats import read as read
     from baroarma.identification import Identification as Identification
     from baroarma.identification import identify as identify
     from baroarma.imu_noise import ImuNoise as ImuNoise
+    from baroarma.many import compare_many as compare_many
+    from baroarma.many import identify_many as identify_many
     from baroarma.noise_model import NoiseModel as NoiseModel
     from baroarma.prediction import predict_accuracy as predict_accuracy
     from baroarma.recording import Recording as Recording
+    from baroarma.slowest_climb import slowest_climb as slowest_climb
     from baroarma.track import Track as Track
     from baroarma.tracker import Tracker as Tracker
     from baroarma.tuning import tune as tune
@@ -42,9 +46,13 @@ _HOME = {
     "Tracker": "baroarma.tracker",
     "WhiteningFilter": "baroarma.whitening",
     "compare": "baroarma.comparison",
+    "compare_many": "baroarma.many",
+    "estimate_barometer_lag": "baroarma.barometer_lag",
     "identify": "baroarma.identification",
+    "identify_many": "baroarma.many",
     "predict_accuracy": "baroarma.prediction",
     "read": "baroarma.formats",
+    "slowest_climb": "baroarma.slowest_climb",
     "tune": "baroarma.tuning",
 }
 __all__ = sorted(_HOME)
