@@ -89,16 +89,15 @@ class Chain:
             self._acceleration = (state.velocity - self._velocity) / dt if dt > 0 else 0.0
         else:
             felt = self.attitude.step(dt=dt, accel=accel, gyro=gyro, attitude=attitude)
-            used, sd, held = self._driven(np.array([float(dt)]), 0.0, np.array([felt.acceleration]))
+            used, sd, self._acceleration, self._age = _hold(
+                float(dt), felt.acceleration, self._age, self._acceleration
+            )
             listens: dict[str, Any] = {}
             if self.stillness is not None:
                 still, shaking = self.stillness.step(dt=dt, accel=accel, gyro=gyro)
-                listens = {"at_rest": bool(still[0]), "up": felt.up}
-                sd = np.where(np.isnan(sd), shaking, sd)
-            state = self.height.step(
-                dt=dt, altitude=z, acceleration=float(used[0]), acceleration_sd=float(sd[0]), **listens
-            )
-            self._acceleration = float(held[0])
+                listens = {"at_rest": still, "up": felt.up}
+                sd = shaking if math.isnan(sd) else sd
+            state = self.height.step(dt=dt, altitude=z, acceleration=used, acceleration_sd=sd, **listens)
         self._velocity, self._started = state.velocity, True
         return TrackState(*state, self._acceleration)
 
@@ -151,7 +150,7 @@ class Chain:
         return partial(smooth, lag=lag)
 
     def _find_zero(self, altitude: float) -> None:
-        if np.isnan(self.zero):  # no sample while aligning: the first one is the zero
+        if math.isnan(self.zero):  # no sample while aligning: the first one is the zero
             self.zero = altitude
 
 
@@ -175,18 +174,21 @@ def _drive(
     sd: Signal,
     held: Signal,
 ) -> float:
-    """Fill the last three from accelerations that may be missing; return how old the last one is, s.
+    """Fill the last three from accelerations that may be missing; return how old the last one is, s."""
+    for k in range(len(t)):
+        used[k], sd[k], last, age = _hold(t[k] - before, acceleration[k], age, last)
+        before, held[k] = t[k], last
+    return age
+
+
+@njit(cache=True)
+def _hold(dt: float, acceleration: float, age: float, last: float) -> tuple[float, float, float, float]:
+    """Return the acceleration to use, its sd, the last number and how old it is, s.
 
     A stale acceleration is 0 with the sd of unseen motion, which a long step has, too; else the sd is NaN.
-    `held` repeats the last number, `last` at the start.
     """
     longest = LONGEST_HOLD + _ROUNDING
-    for k in range(len(t)):
-        dt = t[k] - before
-        before = t[k]
-        age = age + dt if math.isnan(acceleration[k]) else 0.0
-        used[k] = 0.0 if age > longest else acceleration[k]
-        sd[k] = UNSEEN_WALK / math.sqrt(max(dt, 1e-6)) if max(age, dt) > longest else math.nan
-        last = last if math.isnan(used[k]) else used[k]
-        held[k] = last
-    return age
+    age = age + dt if math.isnan(acceleration) else 0.0
+    used = 0.0 if age > longest else acceleration
+    sd = UNSEEN_WALK / math.sqrt(max(dt, 1e-6)) if max(age, dt) > longest else math.nan
+    return used, sd, last if math.isnan(used) else used, age

@@ -463,7 +463,7 @@ def _columns(start: int, found: ChainRun) -> tuple[Signal, Signal, Signal, Signa
 
 
 def _vector(name: str, value: ArrayLike | None) -> Signal:
-    vector = np.full(3, np.nan) if value is None else np.asarray(value, float)
+    vector = np.full(3, np.nan) if value is None else np.array(value, float)
     if vector.shape != (3,):
         raise ValueError(f"{name} is a vector of three components, but has shape {vector.shape}")
     return vector

@@ -24,6 +24,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from baroarma.estimators.attitude.kernels import as_rows
 from baroarma.estimators.base import Alignment, Signal
 
 SETTLED: Final = 0.5
@@ -58,6 +59,8 @@ SHAKING_TIME: Final = 10.0
 """Time constant of the mean of squared differences, s."""
 SHAKEN: Final = 1.2
 """Times the accelerometer's own noise from which something shakes."""
+_FORCE, _RATE, _AGE, _SAMPLES, _SILENCE, _SHAKING, _LAST = 3, 6, 9, 10, 11, 12, 13
+"""Places in the memory; the reference comes first."""
 
 
 class StillnessRun(NamedTuple):
@@ -67,6 +70,15 @@ class StillnessRun(NamedTuple):
     """Whether it feels no motion, (n,)."""
     shaking: Signal
     """White noise of one accelerometer sample where it shakes, m/s², (n,); NaN: no more than its own."""
+
+
+class StillnessState(NamedTuple):
+    """What an IMU feels in one row."""
+
+    still: bool
+    """Whether it feels no motion."""
+    shaking: float
+    """White noise of one accelerometer sample if it shakes, m/s²; NaN: no more than its own."""
 
 
 class Limits(NamedTuple):
@@ -103,18 +115,16 @@ class Stillness:
         settled = [ALIGNED, 1.0, 0.0, accel_sd**2]
         self._memory = np.concatenate([rest, rest, np.zeros(3), settled, rest])
 
-    def step(self, *, dt: float, accel: Signal, gyro: Signal) -> StillnessRun:
-        """Take one sample, as `AttitudeEstimator.step`; return a run of one row."""
-        return self._take(np.array([dt]), accel[None], gyro[None])
+    def step(self, *, dt: float, accel: Signal, gyro: Signal) -> StillnessState:
+        """Take one sample, as `AttitudeEstimator.step`."""
+        return StillnessState(*_step(float(dt), accel, gyro, self._bias, *self._limits, self._memory))
 
     def run(self, t: Signal, accel: Signal, gyro: Signal, dt: float = 0.0) -> StillnessRun:
         """Take all samples: t (n,), accel (n, 3), gyro (n, 3); the first `dt` s after the last one taken."""
-        return self._take(np.diff(t, prepend=t[:1] - dt), accel, gyro)
-
-    def _take(self, dt: Signal, accel: Signal, gyro: Signal) -> StillnessRun:
-        found = StillnessRun(np.zeros(len(dt), np.bool_), np.empty(len(dt)))
-        accel, gyro = np.array(accel, float), np.array(gyro, float)
-        _run(dt, accel, gyro, self._bias, self._limits, self._memory, *found)
+        n = len(t)
+        found = StillnessRun(np.empty(n, np.bool_), np.empty(n))
+        accel, gyro = as_rows(accel, 3), as_rows(gyro, 3)
+        _run(np.diff(t, prepend=t[:1] - dt), accel, gyro, self._bias, *self._limits, self._memory, *found)
         return found
 
 
@@ -124,54 +134,70 @@ def _run(
     accel: Signal,
     gyro: Signal,
     bias: Signal,
-    limits: Limits,
+    accel_sd: float,
+    gyro_sd: float,
+    gravity: float,
     memory: Signal,
     still: NDArray[np.bool_],
     shaking: Signal,
 ) -> None:
-    """Fill the last two.
-
-    The memory goes on: reference, short means of force and rate, age, samples, silence, variance of shaking,
-    last force.
-    """
-    reference, force, rate, last = memory[:3], memory[3:6], memory[6:9], memory[13:16]
+    """Fill the last two."""
     for k in range(len(dt)):
-        age, samples = memory[9] + dt[k], memory[10]
-        silence = memory[11] + dt[k]
-        f, w = accel[k], gyro[k]
-        if not (np.isfinite(f).all() and np.isfinite(w).all()):
-            if silence > LONGEST_SILENCE + ROUNDING:
-                age, samples = 0.0, 0.0
+        still[k], shaking[k] = _step(dt[k], accel[k], gyro[k], bias, accel_sd, gyro_sd, gravity, memory)
+
+
+@njit(cache=True)
+def _step(
+    dt: float,
+    f: Signal,
+    w: Signal,
+    bias: Signal,
+    accel_sd: float,
+    gyro_sd: float,
+    gravity: float,
+    memory: Signal,
+) -> tuple[bool, float]:
+    """Take one sample; return whether all is still, and the sd of shaking or NaN.
+
+    The memory goes on: reference, short means of force and rate, age and so on, last force.
+    """
+    age, samples, silence = memory[_AGE] + dt, memory[_SAMPLES], memory[_SILENCE] + dt
+    if not math.isfinite(f[0] + f[1] + f[2] + w[0] + w[1] + w[2]):
+        if silence > LONGEST_SILENCE + ROUNDING:
+            age, samples = 0.0, 0.0
+    else:
+        if samples == 0.0 or silence > LONGEST_SILENCE + ROUNDING:
+            samples = 0.0
         else:
-            if samples == 0.0 or silence > LONGEST_SILENCE + ROUNDING:
+            share = dt / (SHORT_MEAN + dt)
+            part = dt / min(age, LONGEST_MEAN) if age > 0.0 else 0.0
+            for i in range(3):
+                memory[_FORCE + i] += share * (f[i] - memory[_FORCE + i])
+                memory[_RATE + i] += share * (w[i] - bias[i] - memory[_RATE + i])
+            # noise of the short mean, and of the reference, in samples
+            spread = math.sqrt(share / (2.0 - share) + part)
+            if _disturbs(f, w, bias, memory, spread, accel_sd, gyro_sd, gravity):
                 samples = 0.0
-            else:
-                share = dt[k] / (SHORT_MEAN + dt[k])
-                part = dt[k] / min(age, LONGEST_MEAN) if age > 0.0 else 0.0
-                for i in range(3):
-                    force[i] += share * (f[i] - force[i])
-                    rate[i] += share * (w[i] - bias[i] - rate[i])
-                # noise of the short mean, and of the reference, in samples
-                spread = math.sqrt(share / (2.0 - share) + part)
-                if _disturbs(f, w, bias, reference, force, rate, spread, limits):
-                    samples = 0.0
-                for i in range(3):
-                    reference[i] += part * (f[i] - reference[i])
-            if samples == 0.0:
-                reference[:] = f
-                force[:] = f
-                rate[:] = w - bias
-                age = 0.0
-            samples += 1.0
-            since, silence = silence, 0.0
-            if age >= SETTLED - ROUNDING:
-                square = ((f[0] - last[0]) ** 2 + (f[1] - last[1]) ** 2 + (f[2] - last[2]) ** 2) / 6.0
-                memory[12] += min(since / SHAKING_TIME, 1.0) * (square - memory[12])
-            last[:] = f
-        memory[9], memory[10], memory[11] = age, samples, silence
-        still[k] = age >= SETTLED - ROUNDING and silence <= LONGEST_SILENCE + ROUNDING
-        shaken = math.sqrt(memory[12])
-        shaking[k] = shaken if shaken > SHAKEN * limits.accel_sd else math.nan
+            for i in range(3):
+                memory[i] += part * (f[i] - memory[i])
+        if samples == 0.0:
+            for i in range(3):
+                memory[i] = memory[_FORCE + i] = f[i]
+                memory[_RATE + i] = w[i] - bias[i]
+            age = 0.0
+        samples += 1.0
+        since, silence = silence, 0.0
+        if age >= SETTLED - ROUNDING:
+            square = 0.0
+            for i in range(3):
+                square += (f[i] - memory[_LAST + i]) ** 2
+            memory[_SHAKING] += min(since / SHAKING_TIME, 1.0) * (square / 6.0 - memory[_SHAKING])
+        for i in range(3):
+            memory[_LAST + i] = f[i]
+    memory[_AGE], memory[_SAMPLES], memory[_SILENCE] = age, samples, silence
+    still = age >= SETTLED - ROUNDING and silence <= LONGEST_SILENCE + ROUNDING
+    shakes = memory[_SHAKING] > (SHAKEN * accel_sd) ** 2
+    return still, math.sqrt(memory[_SHAKING]) if shakes else math.nan
 
 
 @njit(cache=True)
@@ -179,23 +205,23 @@ def _disturbs(
     f: Signal,
     w: Signal,
     bias: Signal,
-    reference: Signal,
-    force: Signal,
-    rate: Signal,
+    memory: Signal,
     spread: float,
-    limits: Limits,
+    accel_sd: float,
+    gyro_sd: float,
+    gravity: float,
 ) -> bool:
     knock = shift = turn = swing = length = 0.0
     for i in range(3):
-        knock += (f[i] - reference[i]) ** 2
-        shift += (force[i] - reference[i]) ** 2
+        knock += (f[i] - memory[i]) ** 2
+        shift += (memory[_FORCE + i] - memory[i]) ** 2
         turn += (w[i] - bias[i]) ** 2
-        swing += rate[i] ** 2
-        length += reference[i] ** 2
+        swing += memory[_RATE + i] ** 2
+        length += memory[i] ** 2
     return (
-        math.sqrt(knock) > max(LEAST_KNOCK[0], KNOCK * limits.accel_sd)
-        or math.sqrt(shift) > max(LEAST_SHIFT[0], SHIFT * spread * limits.accel_sd)
-        or math.sqrt(turn) > max(LEAST_KNOCK[1], KNOCK * limits.gyro_sd)
-        or math.sqrt(swing) > max(LEAST_SHIFT[1], SHIFT * spread * limits.gyro_sd)
-        or abs(math.sqrt(length) - limits.gravity) > GRAVITY_ERROR
+        knock > max(LEAST_KNOCK[0], KNOCK * accel_sd) ** 2
+        or shift > max(LEAST_SHIFT[0], SHIFT * spread * accel_sd) ** 2
+        or turn > max(LEAST_KNOCK[1], KNOCK * gyro_sd) ** 2
+        or swing > max(LEAST_SHIFT[1], SHIFT * spread * gyro_sd) ** 2
+        or abs(math.sqrt(length) - gravity) > GRAVITY_ERROR
     )

@@ -22,10 +22,10 @@ from baroarma.cli.common import OutputFile, json_option, say, write_text
 @click.option(
     "--format",
     "form",
-    type=click.Choice(["json", "csv", "c", "cmsis"]),
+    type=click.Choice(["json", "csv", "c", "cmsis", "q15", "q31"]),
     default="json",
     show_default=True,
-    help="Coefficients as JSON, CSV, a C99 function or a CMSIS-DSP biquad.",
+    help="Coefficients as JSON, CSV, a C99 function, a CMSIS-DSP biquad or C99 in fixed point.",
 )
 @click.option("--out", type=OutputFile(), help="Write to this file instead of stdout.")
 @json_option

@@ -38,6 +38,9 @@ class Number:
         return f"static const baroarma_real {name}{size} = {text}; /* {comment(self.meaning)} */"
 
 
+Numbers = tuple[Number, ...]
+
+
 def real(value: float) -> str:
     """Return a number with all its digits, as a float or a double.
 

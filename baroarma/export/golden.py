@@ -1,8 +1,8 @@
 """Golden vectors: a short ride that Python tracked, for the exported firmware to repeat.
 
-A second of rest for the alignment, half of one more, and three on a circle that is faster than an attitude
-filter likes, with samples left out.  Inputs are decimals of seven digits, so that C
-reads the very numbers that Python saw; a float rounds them as it rounds its sensor.
+A second of rest for the alignment, half of one more, and four and a half on a circle that is faster than an
+attitude filter likes, with samples left out: long enough for `robust` to level twice.  Inputs are decimals of
+seven digits, so that C reads the very numbers that Python saw; a float rounds them as it rounds its sensor.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from baroarma.tracker import ALIGNMENT, Tracker
 Signal = NDArray[np.float64]
 TOLERANCES: Final = {"float": 2e-3, "double": 1e-9}
 """How far C may be from Python, m and m/s: floats are good to 2 mm, doubles to rounding."""
-_START, _LENGTH = 3.5, 4.5  # s: of a motion that begins after 5
+_START, _LENGTH = 3.5, 6.0  # s: of a motion that begins after 5
 
 
 def golden_header(tracker: Tracker, rate_hz: float) -> str:

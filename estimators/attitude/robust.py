@@ -192,6 +192,16 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
         """Take all samples, going on from where the filter stands."""
         return self._take(np.diff(t, prepend=t[:1] - dt), accel, gyro)
 
+    @property
+    def chosen(self) -> RobustSettings:
+        """The settings as they were given; NaN: the alignment is asked, as `settings` is filled from it."""
+        return self._chosen
+
+    @property
+    def bias_sd(self) -> float | None:
+        """The uncertainty of the alignment's gyro bias as it was given, rad/s; None: the alignment is asked."""
+        return self._initial[1]
+
     def memory(self) -> RobustState:
         """Return what the filter remembers, by name; the arrays themselves, not copies."""
         matrices = self.x, self.P, self.F, self.Q, self.H, self.R

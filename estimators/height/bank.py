@@ -38,7 +38,7 @@ A known floor is taken as the height, once in a rest, when no other is as likely
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -47,10 +47,13 @@ from numpy.typing import NDArray
 from baroarma.estimators.height.kernels import (
     HEIGHT,
     VELOCITY,
+    Row,
     Rows,
+    Tables,
     absorb,
     innovate,
     loosen,
+    one_row,
     pin,
     predict,
     report,
@@ -60,7 +63,7 @@ Signal = NDArray[np.float64]
 
 ROUNDING: Final = 1e-6
 """Sums of intervals that but for so much (s) reach a time do reach it: no clock's rounding decides."""
-SINCE, COUNT, JUMP, SUM, FIRST = 0, 1, 2, 3, 4
+SINCE, COUNT, JUMP, SUM, FIRST, LATE = 0, 1, 2, 3, 4, 5
 """Columns of `Filters.doubt`."""
 RESTED: Final = 0
 FREE: Final = 1
@@ -122,8 +125,9 @@ class Filters(NamedTuple):
     P: Signal
     """Covariances, (4, m, m)."""
     doubt: Signal
-    """Of each filter, (4, 5): seconds since altitudes are rejected, how many, the jump to allow (m; negative:
-    of the offset), the recent sum of innovations in standard deviations, the first one rejected (m)."""
+    """Of each filter, (4, 6): seconds since altitudes are rejected, how many, the jump to allow (m; negative:
+    of the offset), the recent sum of innovations in standard deviations, the mean of those rejected in the first
+    half of `recovery` and of late (m)."""
     memory: Signal
     """Flags and timers, (11,)."""
 
@@ -151,9 +155,7 @@ class Decisions(NamedTuple):
     @property
     def log_likelihood(self) -> float:
         """Log-likelihood of all altitudes that were taken."""
-        taken = np.isfinite(self.innovation) & (self.bits & REJECTED == 0)
-        y, s = self.innovation[taken], self.innovation_sd[taken]
-        return float(-0.5 * np.sum(y**2 + np.log(2 * np.pi * s**2)))
+        return float(_log_likelihood(self.bits, self.innovation, self.innovation_sd))
 
 
 class Bank:
@@ -168,11 +170,11 @@ class Bank:
     """
 
     def __init__(self, rules: Rules, states: int) -> None:
-        self.rules = rules
+        self.rules, self._size = rules, (0,) * states
         self._filters = Filters(
             np.zeros((FILTERS, states)),
             np.zeros((FILTERS, states, states)),
-            np.zeros((FILTERS, 5)),
+            np.zeros((FILTERS, 6)),
             np.zeros(FLAGS),
         )
         self._filters.memory[_SWAY] = rules.sway**2
@@ -183,17 +185,32 @@ class Bank:
         now = speaker(bank.memory)
         bank.x[now], bank.P[now] = x, P
         decisions = Decisions(np.zeros(n, np.uint8), *(np.full(n, np.nan) for _ in range(7)))
-        run_bank(rows, self.rules, bank, decisions, out)
+        run_bank(rows, self.rules, bank, self._size, decisions, out)
         now = speaker(bank.memory)
         x[:], P[:] = bank.x[now], bank.P[now]
         return decisions
 
+    def step(
+        self, tables: Tables, H: Signal, r: float, first: bool, row: Row, x: Signal, P: Signal
+    ) -> tuple[float, float, float, float, float]:
+        """Take one row; return height, velocity, their sds, and the altitude's log-likelihood if taken."""
+        given: tuple[Any, ...] = (*tables, H, r, first, *row, *self.rules, *self._filters, self._size, x, P)
+        found: tuple[float, float, float, float, float] = weigh_row(*given)
+        return found
+
 
 @njit(cache=True, error_model="numpy")
-def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out: Signal) -> None:
-    """Take all rows; `rows.at_rest` is what the IMU says, not yet what is believed."""
+def run_bank(
+    rows: Rows, rules: Rules, bank: Filters, size: tuple[int, ...], decisions: Decisions, out: Signal
+) -> None:
+    """Take all rows; `rows.at_rest` is what the IMU says, not yet what is believed.
+
+    The length of the tuple `size` is the number of states.  The compiler knows it, unlike a shape, and once
+    it has seen that both agree it unrolls the loops over the states.
+    """
     x, P, doubt, flags = bank
-    m = x.shape[1]
+    m = len(size)
+    assert x.shape[1] == m and P.shape[1] == m and P.shape[2] == m  # noqa: PT018 - compiled
     gain, work = np.empty(m), np.empty((m + 1, m))
     F, B, Q, ends, columns, transition, H, R, seen, measurement, z = rows[:11]
     dt, u, variance, at_rest, rest_variance, level, level_variance, _, turned, _, _ = rows[11:]
@@ -258,6 +275,70 @@ def run_bank(rows: Rows, rules: Rules, bank: Filters, decisions: Decisions, out:
         flags[_FORK_ROW] -= n
         flags[_RENEWED + 2] -= n
         flags[_RENEWED + 3] -= n
+
+
+@njit(cache=True, error_model="numpy")
+def weigh_row(
+    F: Signal,
+    B: Signal,
+    Q: Signal,
+    H: Signal,
+    r: float,
+    first: bool,
+    z: float,
+    dt: float,
+    u: float,
+    variance: float,
+    at_rest: bool,
+    rest_variance: float,
+    level: float,
+    level_variance: float,
+    turned: float,
+    offset: int,
+    gate: float,
+    recovery: float,
+    prior_odds: float,
+    cruise_sd: float,
+    longest_odds: float,
+    memory: float,
+    sway: float,
+    onset: float,
+    pressure_step: float,
+    floors: Signal,
+    floor_variance: float,
+    states: Signal,
+    covariances: Signal,
+    doubt: Signal,
+    flags: Signal,
+    size: tuple[int, ...],
+    x: Signal,
+    P: Signal,
+) -> tuple[float, float, float, float, float]:
+    """Do what `Bank.step` says; all comes one by one, since Python passes named tuples slowly."""
+    row = Row(z, dt, u, variance, at_rest, rest_variance, level, level_variance, turned, offset)
+    # fmt: off
+    rules = Rules(gate, recovery, prior_odds, cruise_sd, longest_odds, memory, sway, onset, pressure_step,
+                  floors, floor_variance)
+    # fmt: on
+    bank = Filters(states, covariances, doubt, flags)
+    bits, cells, out = np.zeros(1, np.uint8), np.full((7, 1), np.nan), np.empty((4, 1))
+    decisions = Decisions(bits, cells[0], cells[1], cells[2], cells[3], cells[4], cells[5], cells[6])
+    now = speaker(bank.memory)
+    bank.x[now], bank.P[now] = x, P
+    run_bank(one_row(Tables(F, B, Q), H, r, first, row), rules, bank, size, decisions, out)
+    now = speaker(bank.memory)
+    x[:], P[:] = bank.x[now], bank.P[now]
+    evidence = _log_likelihood(bits, cells[3], cells[4])
+    return out[0, 0], out[1, 0], out[2, 0], out[3, 0], evidence
+
+
+@njit(cache=True, error_model="numpy")
+def _log_likelihood(bits: NDArray[np.uint8], innovation: Signal, innovation_sd: Signal) -> float:
+    total = 0.0
+    for k in range(len(bits)):
+        if not (math.isnan(innovation[k]) or bits[k] & REJECTED):
+            total -= 0.5 * (innovation[k] ** 2 + math.log(2.0 * math.pi * innovation_sd[k] ** 2))
+    return total
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -372,10 +453,13 @@ def _is_taken(i: int, y: float, sd: float, share: float, rules: Rules, doubt: Si
         doubt[i, SINCE] = doubt[i, COUNT] = 0.0
         return True
     if doubt[i, COUNT] == 0.0:
-        doubt[i, FIRST] = y
+        doubt[i, FIRST] = doubt[i, LATE] = y
     doubt[i, COUNT] += 1.0
+    doubt[i, LATE] += (1.0 - share) * (y - doubt[i, LATE])
+    if doubt[i, SINCE] <= 0.5 * rules.recovery:
+        doubt[i, FIRST] += (y - doubt[i, FIRST]) / doubt[i, COUNT]
     if doubt[i, COUNT] >= 3.0 and doubt[i, SINCE] >= rules.recovery - ROUNDING:
-        stays = abs(y - doubt[i, FIRST]) < 0.5 * abs(y) + 2.0 * sd
+        stays = abs(doubt[i, LATE] - doubt[i, FIRST]) < 0.3 * abs(doubt[i, LATE]) + 0.25 * sd
         doubt[i, JUMP] = -abs(y) if stays and abs(y) <= rules.pressure_step else abs(y)
         doubt[i, SINCE] = doubt[i, COUNT] = doubt[i, SUM] = 0.0
     return False

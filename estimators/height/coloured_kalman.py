@@ -23,7 +23,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from baroarma.atmosphere import STANDARD_GRAVITY
-from baroarma.estimators.base import Alignment, HeightRun
+from baroarma.estimators.base import Alignment, HeightRun, HeightState
 from baroarma.estimators.colouring import block_diagonal, noise_states
 from baroarma.estimators.height.bank import (
     AT_REST,
@@ -32,7 +32,7 @@ from baroarma.estimators.height.bank import (
     Decisions,
     Rules,
 )
-from baroarma.estimators.height.kernels import Rows
+from baroarma.estimators.height.kernels import Row, Rows, Tables
 from baroarma.estimators.height.linear import LinearHeight, motion_transition, steps_of
 from baroarma.estimators.height.smoother import smooth_rows
 from baroarma.noise_model import NoiseModel
@@ -171,6 +171,7 @@ class ColouredKalman(LinearHeight):
         self._bank = Bank(rules, 0)
         states = ["height", "velocity", "acceleration_bias"] + ["low_passed"] * bool(barometer_lag)
         states += ["offset"] * bool(noise.drift_rate or offset_sd) + ["correlated"] * noise.has_gauss_markov
+        self._offset = states.index("offset") if "offset" in states else 0
         if not noise.has_gauss_markov:
             self.note = "The noise model has no Gauss-Markov component: there is no state for it."
         super().__init__(
@@ -290,8 +291,7 @@ class ColouredKalman(LinearHeight):
 
     def _rows(self, steps: Signal, *samples: Any) -> Rows:
         rows = super()._rows(steps, *samples)
-        if "offset" in self.states:
-            rows = rows._replace(offset=self.states.index("offset"))
+        rows = rows._replace(offset=self._offset)
         if self._given[2] is None:
             shaken = SHAKING_TIME**2 * rows.acceleration_variance
             rows = rows._replace(rest_variance=np.maximum(shaken, LEAST_REST_SD**2))
@@ -306,12 +306,52 @@ class ColouredKalman(LinearHeight):
             variance = 2 * self.level_prior_sd**2 * self.level_prior_time / rows.dt
         return rows._replace(level=np.where(rows.dt > 0, 0.0, np.nan), level_variance=variance)
 
+    def _row(
+        self, dt: float, altitude: float, u: float, variance: float, at_rest: bool, up: Signal | None
+    ) -> Row:
+        level, level_variance, turned, rest_variance = math.nan, math.nan, 0.0, self.rest_sd**2
+        at_rest = at_rest and self.confirm_rest
+        if up is not None:
+            turned = self.bias_sd**2 * _turn_once(up, at_rest, self._anchor)
+        if self._given[2] is None:
+            rest_variance = max(SHAKING_TIME**2 * variance, LEAST_REST_SD**2)
+        if self.level_prior_sd is not None and dt > 0:
+            level, level_variance = 0.0, 2 * self.level_prior_sd**2 * self.level_prior_time / dt
+        # fmt: off
+        return Row(altitude, dt, u, variance, at_rest, rest_variance, level, level_variance, turned,
+                   self._offset)
+        # fmt: on
+
+    def _tables_at(self, dt: float) -> Tables:
+        """Change what depends on the interval, unless that is much: with a jittering clock all differ."""
+        if self.barometer_lag or not self._kept:
+            return super()._tables_at(dt)
+        (tables,) = self._kept.values()
+        F, B, Q = tables
+        F[0, 0, 1] = B[0, 1] = dt
+        F[0, 1, 2], B[0, 0] = -dt, dt**2 / 2
+        F[0, 0, 2] = -B[0, 0]
+        Q[0, 2, 2] = self.bias_walk**2 * dt
+        if self._offset:
+            Q[0, 3, 3] = self.noise.drift_rate**2 * dt
+        if self.noise.has_gauss_markov:
+            phi = math.exp(-dt / self.noise.correlation_time)
+            F[0, -1, -1], Q[0, -1, -1] = phi, self.noise.correlated_sd**2 * (1 - phi**2)
+        return tables
+
+    def _take(
+        self, tables: Tables, H: Signal, r: float, first: bool, row: Row, x: Signal, P: Signal
+    ) -> HeightState:
+        *found, evidence = self._bank.step(tables, H, r, first, row, x, P)
+        self.evidence += evidence
+        return HeightState(*found)
+
     def _weigh(self, rows: Rows) -> tuple[HeightRun, Decisions]:
         """Run the bank from the present state to the last row's."""
         n = len(rows.z)
         x, P, out = self.x[:, 0].copy(), self.P.copy(), np.empty((4, n))
         decisions = self._bank.run(rows, x, P, out)
-        self._restore(x, P)
+        self._stand(x, P)
         self._started = self._started or n > 0
         self.evidence += decisions.log_likelihood
         return HeightRun(*out), decisions
@@ -325,14 +365,20 @@ def _turn(up: Signal, still: NDArray[np.bool_], anchor: Signal, turned: Signal) 
     is the vertical of the last rest and the greatest 1 - cos since.
     """
     for k in range(len(up)):
-        turned[k] = 0.0
-        away = 1.0 - (anchor[0] * up[k, 0] + anchor[1] * up[k, 1] + anchor[2] * up[k, 2])
-        if still[k]:
-            anchor[:3] = up[k]
-            anchor[3] = 0.0
-        elif away > anchor[3]:
-            turned[k] = 2.0 * (away - anchor[3])
-            anchor[3] = away
+        turned[k] = _turn_once(up[k], still[k], anchor)
+
+
+@njit(cache=True)
+def _turn_once(up: Signal, still: bool, anchor: Signal) -> float:
+    away = 1.0 - (anchor[0] * up[0] + anchor[1] * up[1] + anchor[2] * up[2])
+    if still:
+        for i in range(3):
+            anchor[i] = up[i]
+        anchor[3] = 0.0
+        return 0.0
+    turned = 2.0 * max(away - anchor[3], 0.0)
+    anchor[3] = max(away, anchor[3])
+    return float(turned)
 
 
 def _lagged_transition(motion: Signal, dt: Signal, lag: float) -> Signal:

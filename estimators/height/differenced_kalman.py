@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from baroarma.estimators.base import Alignment
+from baroarma.estimators.base import Alignment, HeightState
 from baroarma.estimators.colouring import block_diagonal
 from baroarma.estimators.height.coloured_kalman import (
     ACCELERATION_SD,
@@ -133,6 +133,24 @@ class DifferencedKalman(LinearHeight):
         """Start anew at height 0 and velocity 0; the alignment has no effect here."""
         super().reset(alignment)
         self._sampled, self._gap, self._last = False, math.inf, 0.0
+
+    def step(
+        self,
+        *,
+        dt: float,
+        altitude: float,
+        acceleration: float = float("nan"),
+        acceleration_sd: float = float("nan"),
+        accel: Signal | None = None,
+        gyro: Signal | None = None,
+        at_rest: bool = False,
+        up: Signal | None = None,
+    ) -> HeightState:
+        """Take one sample as a run of one row, whose H and R follow from the time since the last one."""
+        steps = np.array([dt if self._started else np.nan])
+        samples = (np.array([sample], float) for sample in (altitude, acceleration, acceleration_sd))
+        found = self._filter(self._rows(steps, *samples, np.array([at_rest]), None))
+        return HeightState(*(float(column[0]) for column in found))
 
     def predict(
         self,

@@ -35,26 +35,31 @@ class Drive:
         self.midpoint, self.zupt_steps, self.zupt_threshold = midpoint, zupt_steps, zupt_threshold
         self.reset()
 
+    @property
+    def _steps(self) -> int:
+        return self.zupt_steps or -1
+
     def reset(self) -> None:
         """Forget all samples."""
         self.last, self.quiet = 0.0, 0
 
-    def step(self, acceleration: float) -> tuple[float, bool]:
-        """Take a sample (m/s² or NaN); return what drives the step that ends here, and whether at rest."""
-        inputs, _, at_rest = self.rows(np.array([acceleration], float))
-        return float(inputs[0]), bool(at_rest[0])
+    def step(self, acceleration: float) -> tuple[float, float, bool]:
+        """Take a sample (m/s² or NaN); return what drives the step that ends here, and the rest of `rows`."""
+        u, change, at_rest, self.last, self.quiet = _next(
+            float(acceleration), self.last, self.quiet, self.midpoint, self._steps, self.zupt_threshold
+        )
+        return u, change, at_rest
 
     def rows(self, acceleration: Signal) -> tuple[Signal, Signal, NDArray[np.bool_]]:
         """Take samples (n,); return what drives each step, how much it changed meanwhile, whether at rest."""
         n = len(acceleration)
         inputs, change, at_rest = np.empty(n), np.empty(n), np.zeros(n, np.bool_)
-        steps = self.zupt_steps if self.zupt_steps else -1
         self.last, self.quiet = _drive(
             acceleration,
             self.last,
             self.quiet,
             self.midpoint,
-            steps,
+            self._steps,
             self.zupt_threshold,
             inputs,
             change,
@@ -78,6 +83,17 @@ def nominal_interval(dt: float | None) -> float:
 
 
 @njit(cache=True)
+def _next(
+    a: float, last: float, quiet: int, midpoint: bool, steps: int, threshold: float
+) -> tuple[float, float, bool, float, int]:
+    """Take one sample; return what `Drive.step` does, the sample to be held, and for how many it is quiet."""
+    now = last if math.isnan(a) else a
+    quiet = quiet + 1 if abs(now) < threshold else 0
+    u = (last + now) / 2 if midpoint else last
+    return u, abs(now - last), steps >= 0 and quiet > steps, now, quiet
+
+
+@njit(cache=True)
 def _drive(
     a: Signal,
     last: float,
@@ -90,10 +106,5 @@ def _drive(
     at_rest: NDArray[np.bool_],
 ) -> tuple[float, int]:
     for k in range(len(a)):
-        now = last if math.isnan(a[k]) else a[k]
-        inputs[k] = (last + now) / 2 if midpoint else last
-        change[k] = abs(now - last)
-        quiet = quiet + 1 if abs(now) < threshold else 0
-        at_rest[k] = steps >= 0 and quiet > steps
-        last = now
+        inputs[k], change[k], at_rest[k], last, quiet = _next(a[k], last, quiet, midpoint, steps, threshold)
     return last, quiet

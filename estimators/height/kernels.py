@@ -87,6 +87,29 @@ class Rows(NamedTuple):
     """Place of the barometer's offset in the state."""
 
 
+class Tables(NamedTuple):
+    """The matrices of one interval, as tables of one entry; names and shapes as in `Rows`."""
+
+    F: Signal
+    B: Signal
+    Q: Signal
+
+
+class Row(NamedTuple):
+    """One row in plain numbers, for `step`; names as in `Rows`."""
+
+    z: float
+    dt: float
+    u: float
+    acceleration_variance: float
+    at_rest: bool
+    rest_variance: float
+    level: float
+    level_variance: float
+    turned: float
+    offset: int
+
+
 def entries(F: Signal) -> tuple[Index, Index]:
     """Return `ends` and `columns` of a stack of matrices (tables, m, m): where any of them is not 0.
 
@@ -267,3 +290,62 @@ def filter_rows(rows: Rows, x: Signal, P: Signal, out: Signal) -> None:
             y, s = innovate(0, x, P, H, j, R[j], seen, z[k], gain)
             absorb(0, x, P, H, j, R[j], seen, y, s, gain, work)
         report(k, 0, x, P, out)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def one_row(tables: Tables, H: Signal, r: float, first: bool, row: Row) -> Rows:
+    """Return `Rows` of a single row, given its tables and H (1, m), R."""
+    F, B, Q = tables
+    m = F.shape[1]
+    places, used = np.zeros(m * m + 2 * m + 3, np.int64), 0
+    where, ends, seen, columns = places[:2], places[2 : m + 3], places[m + 3 : 2 * m + 3], places[2 * m + 3 :]
+    for a in range(m):
+        ends[a + 1] = ends[a]
+        for b in range(m):
+            if F[0, a, b] != 0.0:
+                columns[ends[a + 1]] = b
+                ends[a + 1] += 1
+        if H[0, a] != 0.0:
+            seen[used] = a
+            used += 1
+    cells, at_rest = np.zeros(11), np.full(1, row.at_rest)
+    where[0] = -1 if first else 0
+    cells[0], cells[1], cells[2], cells[3] = row.z, row.dt, row.u, row.acceleration_variance
+    cells[4], cells[5], cells[6], cells[7] = row.rest_variance, row.level, row.level_variance, row.turned
+    cells[8] = r
+    # fmt: off
+    return Rows(F, B, Q, ends, columns, where[:1], H, cells[8:9], seen[:used], where[1:], cells[:1],
+                cells[1:2], cells[2:3], cells[3:4], at_rest, cells[4:5], cells[5:6], cells[6:7],
+                cells[9:10], cells[7:8], cells[10:], row.offset)
+    # fmt: on
+
+
+@njit(cache=True, error_model="numpy")
+def filter_row(
+    F: Signal,
+    B: Signal,
+    Q: Signal,
+    H: Signal,
+    r: float,
+    first: bool,
+    z: float,
+    dt: float,
+    u: float,
+    variance: float,
+    at_rest: bool,
+    rest_variance: float,
+    level: float,
+    level_variance: float,
+    turned: float,
+    offset: int,
+    x: Signal,
+    P: Signal,
+) -> tuple[float, float, float, float]:
+    """Filter one row in place from x (m,), P (m, m); return height, velocity and their sds.
+
+    The matrices and the `Row` come one by one, since Python passes named tuples slowly.
+    """
+    m, out = len(x), np.empty((4, 1))
+    row = Row(z, dt, u, variance, at_rest, rest_variance, level, level_variance, turned, offset)
+    filter_rows(one_row(Tables(F, B, Q), H, r, first, row), x.reshape((1, m)), P.reshape((1, m, m)), out)
+    return out[0, 0], out[1, 0], out[2, 0], out[3, 0]

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from baroarma.estimators.base import Alignment, HeightEstimator, HeightRun, HeightState
 from baroarma.estimators.height.drive import Drive, as_signal, nominal_interval
-from baroarma.estimators.height.kernels import Rows, entries, filter_rows
+from baroarma.estimators.height.kernels import Row, Rows, Tables, entries, filter_row, filter_rows
 from baroarma.estimators.height.smoother import smooth_rows
 
 Signal = NDArray[np.float64]
@@ -57,6 +57,10 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         0: what happens between samples is as smooth as they are.
     """
 
+    x: Signal
+    """State, (m, 1)."""
+    P: Signal
+    """Its covariance, (m, m)."""
     note: str = ""
     """What this filter leaves out of the noise it was given, in a sentence; empty: nothing."""
 
@@ -113,7 +117,8 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         """Start anew at height 0 and velocity 0; the alignment has no effect here."""
         self.drive.reset()
         self._started = False
-        self._restore(np.zeros(self.dim_x), self.initial_covariance())
+        self._kept: dict[float, Tables] = {}
+        self._stand(np.zeros(self.dim_x), self.initial_covariance())
 
     def step(
         self,
@@ -127,13 +132,19 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         at_rest: bool = False,
         up: Signal | None = None,
     ) -> HeightState:
-        """Take one sample, by the same compiled loop as `run`; see `HeightEstimator.step`."""
-        steps = np.array([dt if self._started else np.nan])
-        samples = (np.array([sample], float) for sample in (altitude, acceleration, acceleration_sd))
-        found = self._filter(
-            self._rows(steps, *samples, np.array([at_rest]), None if up is None else up[None])
-        )
-        return HeightState(*(float(column[0]) for column in found))
+        """Take one sample, by the same compiled loop as `run`; see `HeightEstimator.step`.
+
+        Of filterpy's attributes x and P are those of this sample; the others, such as `x_prior` or `K`, are
+        those of the last `predict`, `update` or `run`.
+        """
+        first, dt = not self._started, float(dt) if self._started else 0.0
+        u, variance, quiet = self._driven(float(acceleration), float(acceleration_sd))
+        row = self._row(dt, float(altitude), u, variance, quiet or bool(at_rest), up)
+        H, r = np.ascontiguousarray(self.H, float), np.asarray(self.R, float).item()
+        x, P = self.x[:, 0].copy(), self.P.copy()
+        found = self._take(self._tables(self.dt if first else dt), H, r, first, row, x, P)
+        self.x, self.P, self._started = x[:, None], P, True
+        return found
 
     def run(
         self,
@@ -179,6 +190,36 @@ class LinearHeight(KalmanFilter, HeightEstimator):
             self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest, up), float(lag)
         )
 
+    def _take(
+        self, tables: Tables, H: Signal, r: float, first: bool, row: Row, x: Signal, P: Signal
+    ) -> HeightState:
+        """Take one row in place from x (m,), P (m, m)."""
+        given: tuple[Any, ...] = (*tables, H, r, first, *row, x, P)
+        return HeightState(*filter_row(*given))
+
+    def _driven(self, acceleration: float, acceleration_sd: float) -> tuple[float, float, bool]:
+        """Return what drives a step, its variance, and whether it is quiet: for one row what `_rows` does."""
+        u, missed, quiet = self.drive.step(acceleration)
+        sd = self.acceleration_sd if math.isnan(acceleration_sd) else acceleration_sd
+        missed = self.unresolved * max(missed - 5 * sd, 0.0)
+        return u, sd * sd + missed * missed, quiet
+
+    def _row(
+        self, dt: float, altitude: float, u: float, variance: float, at_rest: bool, up: Signal | None
+    ) -> Row:
+        """Do for one row what else `_rows` does."""
+        return Row(altitude, dt, u, variance, at_rest, self.rest_sd**2, math.nan, math.nan, 0.0, 0)
+
+    def _tables(self, dt: float) -> Tables:
+        """Return the matrices of an interval; those of the last one are kept."""
+        if dt not in self._kept:
+            self._kept = {dt: self._tables_at(dt)}
+        return self._kept[dt]
+
+    def _tables_at(self, dt: float) -> Tables:
+        F, B, Q = self.transition(dt), self.input_matrix(dt), self.wander(dt)
+        return Tables(np.array([F]), np.array([B[:, 0]]), np.array([Q]))
+
     def _filter(self, rows: Rows) -> HeightRun:
         """Take rows, and stand where the last one leads."""
         return self._loop(filter_rows, rows)
@@ -191,7 +232,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         n = len(rows.z)
         x, P, out = self.x.T.copy(), self.P[None].copy(), np.empty((4, n))
         kernel(rows, *options, x, P, out)
-        self._restore(x[0], P[0])
+        self._stand(x[0], P[0])
         self._started = self._started or n > 0
         return HeightRun(*out)
 
@@ -214,10 +255,10 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         F, B, Q, transition = self._transitions(steps, altitude)
         H, R, measurement, z = self._measurements(steps, altitude)
         rest = quiet if at_rest is None else quiet | np.asarray(at_rest, np.bool_)
-        none = np.full(n, np.nan)
+        none, elapsed = np.full(n, np.nan), np.where(np.isnan(steps), 0.0, steps)
         # fmt: off
         return Rows(F, np.ascontiguousarray(B[..., 0]), Q, *entries(F), transition,
-                    H, R, np.flatnonzero((H != 0).any(axis=0)), measurement, z, np.nan_to_num(steps),
+                    H, R, np.flatnonzero((H != 0).any(axis=0)), measurement, z, elapsed,
                     u, sd**2 + missed**2, rest, np.full(n, self.rest_sd**2), none, none,
                     np.zeros(n), np.zeros(n), np.zeros(n), 0)
         # fmt: on
@@ -226,9 +267,9 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         self, steps: Signal, altitude: Signal
     ) -> tuple[Signal, Signal, Signal, NDArray[np.int64]]:
         """Tables of F, B and wander, and which entry leads to each row (-1: none, the first)."""
-        dt, which = np.unique(steps, return_inverse=True, equal_nan=True)
-        which = np.where(np.isnan(steps), -1, which)
-        dt = dt[~np.isnan(dt)]  # NaN is the last of them
+        none = np.isnan(steps)
+        dt = np.unique(steps[~none])
+        which = np.where(none, -1, np.searchsorted(dt, steps))
         return self.transition(dt), self.input_matrix(dt), self.wander(dt), which
 
     def _measurements(
@@ -237,8 +278,9 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         """Tables of H and R, which entry belongs to each row, and the measurements themselves."""
         return np.array(self.H, float), np.reshape(self.R, 1), np.zeros(len(steps), np.int64), altitude
 
-    def _restore(self, x: Signal, P: Signal) -> None:
-        self.x, self.P = x[:, None].copy(), P.copy()
+    def _stand(self, x: Signal, P: Signal) -> None:
+        """Stand at a new state (m,) and covariance (m, m), which are nobody else's."""
+        self.x, self.P = x[:, None], P
         self.x_prior = self.x_post = self.x.copy()
         self.P_prior = self.P_post = self.P.copy()
 

@@ -11,13 +11,24 @@
  *     odds = log prior + log N(v; 0, P_vv + r) - log N(v; 0, P_vv + cruise^2),
  *
  * and every altitude adds the difference of the two log-likelihoods.  RESTED speaks while they are positive,
- * else FREE; then the rest is considered anew every BAROARMA_RECOVERY seconds, for a soft stop is not felt.  A
- * rest ends when the IMU says so, or when the velocity of the older RECENT does: a soft start.
+ * else FREE; once refuted, the rest is considered anew every BAROARMA_RECOVERY seconds, for a soft stop is not
+ * felt.  A rest ends when the IMU says so, or when the velocity of the older RECENT does: a soft start.
  *
  * An altitude beyond the gate is not taken, nor are many that are off by less, but all one way.  If none was
- * taken for a while, the height has really jumped. */
+ * taken for a while, something has really jumped: the barometer's offset if by a few metres, once and for all,
+ * else the height. */
 
 enum { RESTED = 0, FREE = 1, RECENT = 2, HEIGHT = 0, VELOCITY = 1, BIAS = 2 };
+
+static real larger(real a, real b)
+{
+    return a > b ? a : b;
+}
+
+static real smaller(real a, real b)
+{
+    return a < b ? a : b;
+}
 
 static int active(const baroarma_height *s)
 {
@@ -44,7 +55,7 @@ static void copy_filter(baroarma_height *s, int source, int target)
 
 static void height_start(baroarma_height *s, const baroarma_rest *rest)
 {
-    const baroarma_doubt none = {{0, 0}, 0, 0, 0};
+    const baroarma_doubt none = {{0, 0}, 0, 0, 0, 0, 0};
     int i;
     start_model(s, rest);
     for (i = 0; i < BAROARMA_FILTERS; i++) {
@@ -73,21 +84,25 @@ static real turned(baroarma_height *s, const real up[3], int still)
     return still ? 0 : 2 * more * square(s->bias_sd);
 }
 
-/* Predict; the bias has turned, and a height that has jumped may be moving, too. */
+/* Predict; the bias has turned, and what has jumped is loose: a height that did may be moving, too. */
 static void advance(baroarma_height *s, int i, real dt, real a, real variance, real turn_variance)
 {
     baroarma_filter *f = &s->filters[i];
     baroarma_doubt *d = &s->doubts[i];
     if (s->started) filter_predict(f, &s->model, a, variance);
     f->P[BIAS][BIAS] += turn_variance;
-    f->P[HEIGHT][HEIGHT] += square(d->jump);
-    f->P[VELOCITY][VELOCITY] += square(d->jump / BAROARMA_JUMP_TIME);
+    if (d->jump < 0) {
+        f->P[BAROARMA_OFFSET][BAROARMA_OFFSET] += square(d->jump);
+    } else {
+        f->P[HEIGHT][HEIGHT] += square(d->jump);
+        f->P[VELOCITY][VELOCITY] += square(d->jump / BAROARMA_JUMP_TIME);
+    }
     d->jump = 0;
     if (d->count > 0) tick(&d->since, dt);
 }
 
 /* Begin to consider a rest, from the filter `source`; again, if that is the free one of a fork. */
-static void fork(baroarma_height *s, int source, real rest_variance)
+static void consider_rest(baroarma_height *s, int source, real rest_variance)
 {
     baroarma_filter *f = &s->filters[RESTED];
     real v, still, riding, odds;
@@ -150,10 +165,10 @@ static void weigh_rest(baroarma_height *s, real dt, int still, real rest_varianc
         copy_filter(s, s->odds >= 0 ? s->older : FREE, RESTED);
         s->forked = 0;
     }
-    if (s->forked && s->odds < 0 && s->age.time >= BAROARMA_RECOVERY - BAROARMA_ROUNDING) {
-        fork(s, FREE, rest_variance);
+    if (s->forked && s->odds < -BAROARMA_SURE && s->age.time >= BAROARMA_RECOVERY - BAROARMA_ROUNDING) {
+        consider_rest(s, FREE, rest_variance);
     }
-    if (still && !s->forked) fork(s, RESTED, rest_variance);
+    if (still && !s->forked) consider_rest(s, RESTED, rest_variance);
     if (!s->forked) return;
     filter_pin(&s->filters[RESTED], VELOCITY, 0, rest_variance + s->sway);
     watch_sway(s, dt);
@@ -170,12 +185,16 @@ static int is_taken(baroarma_doubt *d, real y, real sd, real share)
         set_clock(&d->since, 0);
         return 1;
     }
-    if (d->count < BAROARMA_PROOF) d->count++;
-    if (d->count == BAROARMA_PROOF && d->since.time >= BAROARMA_RECOVERY - BAROARMA_ROUNDING) {
+    if (d->count == 0) d->first = d->late = y;
+    if (d->count < 30000) d->count++;
+    d->late += (1 - share) * (y - d->late);
+    if (d->since.time <= BAROARMA_RECOVERY / 2) d->first += (y - d->first) / (real)d->count;
+    if (d->count >= BAROARMA_PROOF && d->since.time >= BAROARMA_RECOVERY - BAROARMA_ROUNDING) {
+        const int stays = FABS(d->late - d->first) < (real)0.3 * FABS(d->late) + sd / 4;
+        d->jump = stays && FABS(y) <= BAROARMA_PRESSURE_STEP ? -FABS(y) : FABS(y);
         d->count = 0;
         set_clock(&d->since, 0);
         d->sum = 0;
-        d->jump = FABS(y);
     }
     return 0;
 }
@@ -200,7 +219,7 @@ static void take_altitude(baroarma_height *s, real altitude)
         if (n == 1 || i > FREE) continue;
         news -= sign * (smaller(square(y / sd), square(BAROARMA_GATE)) / 2 + LOG(sd));
         believed = believed || taken;
-        if (s->doubts[i].jump > 0) s->odds -= sign * BAROARMA_JUMP_ODDS;
+        if (FABS(s->doubts[i].jump) > 0) s->odds -= sign * BAROARMA_JUMP_ODDS;
     }
     if (n == 1) return;
     if (believed) s->odds += within(news, BAROARMA_MOST_NEWS);
@@ -213,21 +232,21 @@ static void recognise_floor(baroarma_height *s)
     baroarma_filter *f = &s->filters[RESTED];
     const real variance = f->P[HEIGHT][HEIGHT] + BAROARMA_FLOOR_VARIANCE;
     real best = INFINITY, second = INFINITY;
-    int i, floor = 0;
-    if (s->on_floor || s->odds < BAROARMA_SURE || s->age.time < BAROARMA_MEMORY) return;
+    int i, found = 0;
+    if (s->on_floor || s->odds < BAROARMA_SURE || s->age.time < BAROARMA_MEMORY - BAROARMA_ROUNDING) return;
     for (i = 0; i < BAROARMA_FLOORS; i++) {
         const real distance = square(f->x[HEIGHT] - BAROARMA_FLOOR[i]) / variance;
         if (distance < best) {
             second = best;
             best = distance;
-            floor = i;
+            found = i;
         } else if (distance < second) {
             second = distance;
         }
     }
     if (best > 9 || second - best < 2 * BAROARMA_SURE) return;
     s->on_floor = 1;
-    filter_pin(f, HEIGHT, BAROARMA_FLOOR[floor], BAROARMA_FLOOR_VARIANCE);
+    filter_pin(f, HEIGHT, BAROARMA_FLOOR[found], BAROARMA_FLOOR_VARIANCE);
 }
 
 /* altitude, m: NaN without a new sample; its acceleration's sd, m/s^2: NaN for the filter's own; `up`: the
@@ -239,14 +258,14 @@ static void height_step(baroarma_height *s, real dt, real altitude, real acceler
     const real sd = isnan(acceleration_sd) ? s->acceleration_sd : acceleration_sd;
     const real variance = driving_variance(&s->drive, sd);
     const real rest_variance = larger(square(BAROARMA_REST_TIME) * variance, square(BAROARMA_REST_SD));
-    const int quiet = still || at_rest(&s->drive);
+    const int quiet = BAROARMA_CONFIRM_REST && (still || at_rest(&s->drive));
     const real turn_variance = turned(s, up, quiet), time = s->started ? dt : 0;
     int i, n = active(s);
     if (s->started && !(FABS(dt - s->model.dt) <= 0)) fill_model(&s->model, dt);
     for (i = 0; i < n; i++) advance(s, i, time, a, variance, turn_variance);
     s->started = 1;
     s->silence += time;
-    weigh_rest(s, time, quiet && BAROARMA_CONFIRM_REST, rest_variance);
+    weigh_rest(s, time, quiet, rest_variance);
     n = active(s);
     for (i = 0; BAROARMA_LEVEL_PRIOR > 0 && time > 0 && i < n; i++) {
         filter_pin(&s->filters[i], HEIGHT, 0, BAROARMA_LEVEL_PRIOR / time);

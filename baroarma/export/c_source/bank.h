@@ -3,7 +3,9 @@
 typedef struct {
     baroarma_clock since;   /* since altitudes are rejected */
     int count;              /* how many were */
-    baroarma_real jump;     /* that the next prediction is to allow, m */
+    baroarma_real first;    /* how far they were off at first, on average, m */
+    baroarma_real late;     /* ... and of late, m */
+    baroarma_real jump;     /* that the next prediction is to allow, m; negative: of the barometer's offset */
     baroarma_real sum;      /* recent innovations, in standard deviations */
 } baroarma_doubt;
 

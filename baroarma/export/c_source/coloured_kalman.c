@@ -45,10 +45,12 @@ static void start_model(baroarma_height *s, const baroarma_rest *rest)
     s->acceleration_sd = BAROARMA_ACCELERATION_SD;
     s->bias_sd = BAROARMA_BIAS_SD;
     if (BAROARMA_LOW_PASSED) { /* starts as the height does */
-        f->P[0][BAROARMA_LOW_PASSED] = f->P[BAROARMA_LOW_PASSED][0] = f->P[0][0];
+        f->P[0][BAROARMA_LOW_PASSED] = BAROARMA_INITIAL_VARIANCE[0];
+        f->P[BAROARMA_LOW_PASSED][0] = BAROARMA_INITIAL_VARIANCE[0];
     }
-    if (isnan(rest->accel_sd) || isnan(rest->gravity_sd)) return;
+    if (isnan(rest->accel_sd)) return;
     if (BAROARMA_SD_FROM_REST) s->acceleration_sd = rest->accel_sd;
     if (BAROARMA_BIAS_FROM_REST) s->bias_sd = HYPOT(BAROARMA_BIAS_SD, rest->gravity - BAROARMA_STANDARD_GRAVITY);
-    f->P[2][2] = square(rest->gravity_sd) + square(BAROARMA_LEFT_BIAS_SD);
+    f->P[2][2] = square(BAROARMA_LEFT_BIAS_SD);
+    if (!isnan(rest->gravity_sd)) f->P[2][2] += square(rest->gravity_sd);
 }

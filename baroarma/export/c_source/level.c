@@ -1,3 +1,5 @@
+/* ---- attitude from a vertical ------------------------------------------------------------------------------ */
+
 /* The shortest rotation that has this vertical, of any length; upside down it is a turn about x. */
 static void fill_level(real q[4], const real up[3])
 {

@@ -43,16 +43,6 @@ static real dot(const real a[3], const real b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static real larger(real a, real b)
-{
-    return a > b ? a : b;
-}
-
-static real smaller(real a, real b)
-{
-    return a < b ? a : b;
-}
-
 /* A variance that rounding has made negative counts as 0. */
 static real root_of(real variance)
 {

@@ -69,18 +69,28 @@ static int extend_period(baroarma_stillness *s, real dt, const real accel[3], co
     return 1;
 }
 
-/* White noise, as the accelerometer sees it, of what shakes: from the differences of successive samples. */
-static void take_shaking(baroarma_stillness *s, const real accel[3])
+static int has_settled(const baroarma_stillness *s)
 {
-    const real share = smaller(s->silence.time / BAROARMA_SHAKING_TIME, 1);
-    if (s->age.time > BAROARMA_SETTLED) {
-        s->shaking += share * (square(distance(accel, s->last)) / 6 - s->shaking);
-    }
+    return s->age.time >= BAROARMA_SETTLED - BAROARMA_ROUNDING;
+}
+
+static int is_silent(const baroarma_stillness *s)
+{
+    return s->silence.time > BAROARMA_LONGEST_SILENCE + BAROARMA_ROUNDING;
 }
 
 static int is_still(const baroarma_stillness *s)
 {
-    return s->age.time > BAROARMA_SETTLED && s->silence.time <= BAROARMA_LONGEST_SILENCE;
+    return has_settled(s) && !is_silent(s);
+}
+
+/* White noise, as the accelerometer sees it, of what shakes: from the differences of successive samples. */
+static void take_shaking(baroarma_stillness *s, const real accel[3])
+{
+    const real share = smaller(s->silence.time / BAROARMA_SHAKING_TIME, 1);
+    if (has_settled(s)) {
+        s->shaking += share * (square(distance(accel, s->last)) / 6 - s->shaking);
+    }
 }
 
 /* Take a sample; the sd of one specific force where something shakes, m/s^2, NaN: no more than its own. */
@@ -89,7 +99,7 @@ static real stillness_step(baroarma_stillness *s, real dt, const real accel[3], 
     int i, silent;
     tick(&s->age, dt);
     tick(&s->silence, dt);
-    silent = s->silence.time > BAROARMA_LONGEST_SILENCE;
+    silent = is_silent(s);
     if (is_sample(accel) && is_sample(gyro)) {
         if (!s->begun || silent || !extend_period(s, dt, accel, gyro)) begin_period(s, accel, gyro);
         take_shaking(s, accel);

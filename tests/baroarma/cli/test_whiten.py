@@ -7,6 +7,7 @@ import pytest
 
 from baroarma import NoiseModel
 from baroarma.cli import main
+from baroarma.export import FORMATS
 
 SG13 = ["whiten", "--arma", "-0.86", "-0.52", "--interval", "0.1", "--rate", "50"]
 NOISE = NoiseModel(0.27, 0.75, 0.46, 0.01, rate_hz=50)
@@ -103,7 +104,7 @@ def test_noise_without_a_gauss_markov_component_needs_no_filter_and_says_so(tmp_
 
 
 def test_out_gets_what_stdout_would(tmp_path, capsys, noise_json):
-    for form in ("json", "csv", "c", "cmsis"):
+    for form in FORMATS:
         assert main(["whiten", noise_json, "--format", form]) == 0
         text = capsys.readouterr().out
         assert main(["whiten", noise_json, "--format", form, "--out", str(tmp_path / form)]) == 0

@@ -35,7 +35,7 @@ def test_rows_go_on_where_steps_ended():
     inputs, change, at_rest = whole.rows(a)
     stepped = [parts.step(value) for value in a[:30]]
     late = parts.rows(a[30:])
-    assert np.array_equal(inputs, [*[u for u, _ in stepped], *late[0]])
-    assert np.array_equal(at_rest, [*[rest for _, rest in stepped], *late[2]])
+    for column, whole_run in enumerate((inputs, change, at_rest)):
+        assert np.array_equal(whole_run, [*[step[column] for step in stepped], *late[column]])
     assert np.array_equal(change, np.abs(np.diff(a, prepend=0.0)))
     assert 0 < at_rest.sum() < 60

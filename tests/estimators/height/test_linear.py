@@ -178,3 +178,75 @@ def test_matrices_of_many_intervals_are_those_of_each(name):
         for k, one in enumerate(dt):
             assert np.array_equal(stack[k], function(one))
     assert np.array_equal(kf.F, make(name).F)
+
+
+def uneven_rows(n=300):
+    """Intervals that all differ, some of them 0; samples that are missing, far off, or still; turns."""
+    rng = np.random.default_rng(7)
+    dt = np.where(rng.random(n) < 0.05, 0.0, rng.uniform(0.001, 0.05, n))
+    z = np.where(rng.random(n) < 0.3, np.nan, rng.normal(scale=0.5, size=n) + 8.0 * (np.arange(n) > 200))
+    a = np.where(rng.random(n) < 0.1, np.nan, rng.normal(scale=0.3, size=n))
+    sd = np.where(rng.random(n) < 0.5, np.nan, 0.05)
+    still, up = np.arange(n) % 100 > 60, rng.normal([0.0, 0.0, 1.0], 0.1, size=(n, 3))
+    up /= np.linalg.norm(up, axis=1, keepdims=True)
+    return dt, z, a, sd, still, up
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("kalman", {"zupt_steps": 2, "zupt_threshold": 0.2}),
+        ("coloured-kalman", {}),
+        ("coloured-kalman", {"barometer_lag": 0.2}),
+        ("coloured-kalman", {"level_prior_sd": 0.3, "confirm_rest": False}),
+        ("coloured-kalman", {"floors": (0.0, 3.0), "offset_sd": 1.0, "rest_sd": 0.02}),
+        ("differenced-kalman", {}),
+    ],
+    ids=["kalman", "coloured", "lagged", "level", "floors", "differenced"],
+)
+def test_steps_of_a_jittering_clock_are_runs_of_one_row(name, settings):
+    """`step` builds its matrices and rows in plain numbers, `run` in arrays: the named functions' own."""
+    dt, z, a, sd, still, up = uneven_rows()
+    if name == "differenced-kalman":  # where a second sample at the same instant is none
+        dt = np.maximum(dt, 1e-3)
+    one, many = make(name, **settings), make(name, **settings)
+    stepped, run = [], []
+    for k in range(len(dt)):
+        sample = {"altitude": z[k], "acceleration": a[k], "acceleration_sd": sd[k]}
+        stepped.append(one.step(dt=dt[k], **sample, at_rest=bool(still[k]), up=up[k]))
+        rows = {key: np.array([value]) for key, value in sample.items()}
+        since = dt[k] if k else 0.0  # before the first row there was none
+        run.append(many.run(np.zeros(1), **rows, at_rest=still[k : k + 1], up=up[k : k + 1], dt=since))
+    # the state's exponentials are NumPy's or the C library's; a digit of theirs, gathered over 300 rows
+    np.testing.assert_allclose(stepped, np.array(run)[:, :, 0], rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(one.P, many.P, rtol=1e-9, atol=1e-10)
+    if name == "coloured-kalman":
+        assert one.evidence == pytest.approx(many.evidence, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES[:2])
+def test_a_step_takes_the_matrices_as_they_stand(name):
+    """Whoever changes H, R, x or P of a filterpy filter means it, by `step`, too."""
+    kf, same = make(name), make(name)
+    for filter_ in (kf, same):
+        steps(filter_, Z[:5])
+        filter_.H, filter_.R = 2.0 * filter_.H, np.array([[0.5]])
+        filter_.x[0, 0], filter_.P[0, 0] = 1.0, 4.0
+    kf.predict(u=0.0)
+    kf.update(Z[5])
+    state = same.step(dt=0.02, altitude=Z[5], acceleration=0.0)
+    # the order of the sums differs
+    np.testing.assert_allclose(same.x, kf.x, rtol=1e-12, atol=1e-12)
+    assert state.height_sd == pytest.approx(np.sqrt(kf.P[0, 0]), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_step_leaves_states_that_were_taken_from_the_filter_alone(name):
+    kf = make(name)
+    steps(kf, Z[:3])
+    x, P = kf.x, kf.P
+    before = x.copy(), P.copy()
+    steps(kf, Z[3:6])
+    assert np.array_equal(x, before[0])
+    assert np.array_equal(P, before[1])
+    assert not np.array_equal(kf.P, P)

@@ -1,0 +1,15 @@
+typedef struct {
+    baroarma_real q[4];                     /* body -> world, scalar last */
+    baroarma_real estimate[8];              /* horizontal velocity, m/s, gyro bias, rad/s, gyro scale */
+    baroarma_real rate[3], force[3];        /* the last ones, rad/s, body axes, and m/s^2, world axes */
+    baroarma_clock rate_age, force_age;     /* of these */
+    baroarma_clock age;                     /* since the last levelling */
+    baroarma_real flow[6][6];               /* what bias and scale have done to tilt, velocity, and its integral */
+    baroarma_real push, double_push;        /* first and second integral of the vertical force */
+    baroarma_real tilt_variance, velocity_variance; /* process noise of each axis */
+    baroarma_real way[2], start[2];         /* integral of the velocity, m; the velocity at the start, m/s */
+    baroarma_real P[10][10];                /* covariance of tilt, velocity, bias, scale */
+    baroarma_real gravity;                  /* modulus of the specific force at rest, m/s^2 */
+    baroarma_real gyro_noise, accel_noise;  /* variances of one sample */
+} baroarma_attitude;
+
