@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from baroarma.noise_model import NoiseModel as NoiseModel
     from baroarma.prediction import predict_accuracy as predict_accuracy
     from baroarma.recording import Recording as Recording
-    from baroarma.slowest_climb import slowest_climb as slowest_climb
     from baroarma.track import Track as Track
     from baroarma.tracker import Tracker as Tracker
     from baroarma.tuning import tune as tune
@@ -52,7 +51,6 @@ _HOME = {
     "identify_many": "baroarma.many",
     "predict_accuracy": "baroarma.prediction",
     "read": "baroarma.formats",
-    "slowest_climb": "baroarma.slowest_climb",
     "tune": "baroarma.tuning",
 }
 __all__ = sorted(_HOME)

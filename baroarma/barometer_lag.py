@@ -16,6 +16,7 @@ from typing import Final
 
 import numpy as np
 
+from baroarma.estimators.height.coloured_kalman import ColouredKalman
 from baroarma.noise_model import NoiseModel
 from baroarma.recording import Recording
 from baroarma.tracker import Tracker
@@ -112,7 +113,9 @@ def estimate_barometer_lag(
         settings = {"barometer_lag": lag, "gate": math.inf}
         tracker = Tracker(noise=noise, attitude=attitude, height="coloured-kalman", height_settings=settings)
         tracker.run(recording)
-        return float(tracker.estimator.evidence)
+        estimator = tracker.estimator
+        assert isinstance(estimator, ColouredKalman)
+        return estimator.evidence
 
     grid = np.concatenate(([0.0], np.geomspace(longest / 100, longest, _GRID - 1)))
     values = np.array([evidence(lag) for lag in grid])

@@ -201,7 +201,7 @@ class AttitudeEstimatorContract:
         np.testing.assert_allclose(acceleration, 0.0, atol=1e-6)  # single-precision back-ends included
 
     @staticmethod
-    def _run(estimator: AttitudeEstimator, samples: dict[str, Signal]) -> list[Signal]:
+    def _run(estimator: AttitudeEstimator, samples: dict[str, Any]) -> list[Signal]:
         return list(estimator.run(**samples))
 
 

@@ -69,7 +69,7 @@ def coloured_kalman(height: Any) -> Numbers:
     walks = {"acceleration_bias": height.bias_walk**2, "offset": noise.drift_rate**2}
     variance = {"correlated": noise.correlated_sd**2}
     rate = {"correlated": 1 / noise.correlation_time} if noise.has_gauss_markov else {}
-    accel_sd, bias_sd, rest_sd = height.given
+    accel_sd, bias_sd, rest_sd = height.given()
     level = 0.0
     if height.level_prior_sd is not None:
         level = 2 * height.level_prior_sd**2 * height.level_prior_time
@@ -95,7 +95,7 @@ def coloured_kalman(height: Any) -> Numbers:
         Number("LEVEL_PRIOR", level, "2 sd² time of the height about the start, m² s; 0: nothing is known"),
         Number("EARLY_ALTITUDES", math.ceil(1.1 / height.dt) + 1, "kept of the alignment's second"),
         Number("CONFIRM_REST", bool(height.confirm_rest), "1: rests are believed if they prove true"),
-        *_bank(height.rules),
+        *_bank(height.rules()),
         *_stillness(),
     )
 

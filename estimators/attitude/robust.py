@@ -199,7 +199,7 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
 
     @property
     def bias_sd(self) -> float | None:
-        """The uncertainty of the alignment's gyro bias as it was given, rad/s; None: the alignment is asked."""
+        """The uncertainty of the alignment's gyro bias as given, rad/s; None: the alignment is asked."""
         return self._initial[1]
 
     def memory(self) -> RobustState:

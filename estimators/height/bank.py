@@ -22,15 +22,15 @@ A rest ends when the IMU says so, or when the velocity of the older `recent` doe
 there.  Then this filter goes on, which rested until shortly before the start and has integrated it since; if
 the odds were negative, `free` does.
 
-A hand that rests still sways.  How fast it does is learnt from the older `recent`, too, and v = 0 holds within
-that much.
+A hand that rests still sways.  How fast it does is learnt from the older `recent`, too, and v = 0 holds
+within that much.
 
 An altitude that differs from the prediction by more than `gate` standard deviations is not taken, nor are
 altitudes that differ less but all one way, so that their sum over about half a second does: a door slams, a
-pressure steps.  If none was taken for `recovery` s, and three in a row, something has really jumped.  A step of a
-few metres that the IMU did not feel, and that has stayed as it was, is the pressure's: a cabin's door, a fan; the
-barometer's offset takes it.  Anything else is the height's, whatever the IMU says: its variance grows by the
-square of the difference, and the filter follows.
+pressure steps.  If none was taken for `recovery` s, and three in a row, something has really jumped.  A step
+of a few metres that the IMU did not feel, and that has stayed as it was, is the pressure's: a cabin's door, a
+fan; the barometer's offset takes it.  Anything else is the height's, whatever the IMU says: its variance
+grows by the square of the difference, and the filter follows.
 
 A known floor is taken as the height, once in a rest, when no other is as likely.
 """
@@ -126,8 +126,8 @@ class Filters(NamedTuple):
     """Covariances, (4, m, m)."""
     doubt: Signal
     """Of each filter, (4, 6): seconds since altitudes are rejected, how many, the jump to allow (m; negative:
-    of the offset), the recent sum of innovations in standard deviations, the mean of those rejected in the first
-    half of `recovery` and of late (m)."""
+    of the offset), the recent sum of innovations in standard deviations, the mean of those rejected in the
+    first half of `recovery` and of late (m)."""
     memory: Signal
     """Flags and timers, (11,)."""
 

@@ -187,14 +187,12 @@ class ColouredKalman(LinearHeight):
         seen = [[0.0, 0.0, 0.0, 1.0]] if barometer_lag else [[1.0, 0.0, 0.0]]
         self.H, self.R = np.hstack([seen, altimeter.H]), altimeter.R
 
-    @property
     def rules(self) -> Rules:
-        """When the bank believes what."""
+        """Return when the bank believes what."""
         return self._bank.rules
 
-    @property
     def given(self) -> tuple[float | None, float | None, float | None]:
-        """`acceleration_sd`, `bias_sd` and `rest_sd` as they were given; None: the alignment is asked."""
+        """Return `acceleration_sd`, `bias_sd`, `rest_sd` as they were given; None: the alignment is asked."""
         return self._given
 
     def transition(self, dt: float | Signal) -> Signal:

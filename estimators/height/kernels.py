@@ -11,8 +11,8 @@ own named functions, with an index for each row.  Row k is
     update with h = level                                       (where a level is known)
     update with z = H x + noise of variance R                   (where z is not NaN)
 
-in the order and the form (Joseph) of filterpy's own `predict` and `update`.  Nothing is allocated on the
-way, and zeros of F and H are passed over.  `smoother` goes back over the same rows, `bank` weighs several filters.
+in the order and the form (Joseph) of filterpy's own `predict` and `update`.  Nothing is allocated on the way,
+and zeros of F and H are passed over.  `smoother` goes back over the same rows, `bank` weighs several filters.
 
 States and covariances come as stacks, x (filters, m) and P (filters, m, m), with the index i of the filter
 meant; arrays are passed one by one and the functions inlined, since views and tuples of arrays would cost
