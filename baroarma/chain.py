@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
+from inspect import signature
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -29,6 +30,8 @@ from baroarma.recording import Recording
 from baroarma.track import TrackState
 
 Signal = NDArray[np.float64]
+PART: Final = 1 << 15
+"""Rows that are taken at once: what they need stays in the cache, and the system's memory is left alone."""
 _ROUNDING: Final = 1e-6  # s; `step` sums intervals where `run` subtracts times
 
 
@@ -106,6 +109,23 @@ class Chain:
 
         With a `lag` in s each row knows what came up to so much later; the smoother doesn't go on after it.
         """
+        n = len(rows)
+        if lag is not None or n <= PART or not self._goes_on():
+            return self._take(rows, altitude, dt, lag)
+        columns = np.empty((5, n))
+        for start in range(0, n, PART):
+            part = slice(start, min(start + PART, n))
+            since = dt if start == 0 else float(rows.t[start] - rows.t[start - 1])
+            found = self._take(rows.rows(part), altitude[part], since, None)
+            columns[:4, part], columns[4, part] = found.height, found.acceleration
+        return ChainRun(HeightRun(*columns[:4]), columns[4])
+
+    def _goes_on(self) -> bool:
+        """Whether the estimators can run part by part; an older plug-in's `run` may know no `dt`."""
+        runs = [estimator.run for estimator in (self.attitude, self.height) if estimator is not None]
+        return all("dt" in signature(run).parameters for run in runs)
+
+    def _take(self, rows: Recording, altitude: Signal, dt: float, lag: float | None) -> ChainRun:
         before: dict[str, Any] = {"dt": dt} if self._started else {}
         estimate = partial(self.height.run, **before) if lag is None else self._smoother(lag)
         new = np.flatnonzero(np.isfinite(altitude))

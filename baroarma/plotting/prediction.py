@@ -39,5 +39,6 @@ def plot_prediction(prediction: Prediction, ax: Axes | None = None) -> Axes:
         if steady is not None:
             ax.axhline(steady, color=colour, linestyle="--", linewidth=1.0)
     ax.set_yscale("log")
+    ax.set_ylim(bottom=prediction.velocity_sd.max() / 100)  # both begin at 0
     title = f"{printable(prediction.preset)}: predicted accuracy"
     return finish(ax, title, "time (s)", "sd of the error", columns=2)

@@ -76,3 +76,12 @@ def test_a_lost_accelerometer_becomes_a_track_of_pressure_alone():
     assert not track.acceleration[late].any()
     assert track.velocity_sd[-1] > 5 * track.velocity_sd[log.t < 20][-1]
     assert np.abs(track.height[late] / track.height_sd[late]).max() < 4
+
+
+def test_a_long_recording_is_taken_in_parts_with_the_same_numbers(monkeypatch):
+    log = simulate("stairs", duration=60, seed=4)
+    whole = Tracker(noise=BMP085.noise).run(log)
+    monkeypatch.setattr("baroarma.chain.PART", 411)
+    parts = Tracker(noise=BMP085.noise).run(log)
+    for name in ("height", "velocity", "height_sd", "velocity_sd", "acceleration"):
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
