@@ -23,7 +23,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from baroarma.estimators.attitude.kernels import LONGEST_HOLD
-from baroarma.estimators.base import UNSEEN_WALK, AttitudeEstimator, HeightEstimator, HeightRun
+from baroarma.estimators.base import (
+    ROUNDING,
+    UNSEEN_WALK,
+    AttitudeEstimator,
+    HeightEstimator,
+    HeightRun,
+)
 from baroarma.estimators.conditioning import Conditioner
 from baroarma.estimators.stillness import Stillness
 from baroarma.recording import Recording
@@ -32,7 +38,6 @@ from baroarma.track import TrackState
 Signal = NDArray[np.float64]
 PART: Final = 1 << 15
 """Rows that are taken at once: what they need stays in the cache, and the system's memory is left alone."""
-_ROUNDING: Final = 1e-6  # s; `step` sums intervals where `run` subtracts times
 
 
 class ChainRun(NamedTuple):
@@ -207,7 +212,7 @@ def _hold(dt: float, acceleration: float, age: float, last: float) -> tuple[floa
 
     A stale acceleration is 0 with the sd of unseen motion, which a long step has, too; else the sd is NaN.
     """
-    longest = LONGEST_HOLD + _ROUNDING
+    longest = LONGEST_HOLD + ROUNDING
     age = age + dt if math.isnan(acceleration) else 0.0
     used = 0.0 if age > longest else acceleration
     sd = UNSEEN_WALK / math.sqrt(max(dt, 1e-6)) if max(age, dt) > longest else math.nan

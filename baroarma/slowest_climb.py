@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from baroarma.atmosphere import altitude_pressure, pressure_altitude
 from baroarma.estimators import attitude_estimator
 from baroarma.estimators.attitude.alignment import align
+from baroarma.estimators.base import ROUNDING
 from baroarma.estimators.height.coloured_kalman import ColouredKalman
 from baroarma.estimators.stillness import Stillness
 from baroarma.noise_model import NoiseModel
@@ -31,12 +32,9 @@ from baroarma.rotation import up_from_quaternion
 from baroarma.simulation import Barometer, simulate
 from baroarma.simulation.jet import Jet
 from baroarma.simulation.paths import running
+from baroarma.tracker import ALIGNMENT
 
 Signal = NDArray[np.float64]
-ALIGNMENT: Final = 1.0
-"""Rest at the start that the estimators align on, s, as `Tracker` does."""
-ROUNDING: Final = 1e-6
-"""Times that are closer are the same, s."""
 REST: Final = 30.0
 """Rest before the climb, s: as much certainty as is ever gathered (chosen by us)."""
 EASE: Final = 1.5

@@ -38,7 +38,8 @@ ALIGNMENT: Final = 1.0
 """Seconds of rest at the start [SG14, Sec. 2.4]."""
 DEFAULT_NOISE: Final = NoiseModel(0.27, 0.75, 0.46, 0.01, rate_hz=50.0, sensor="BMP085 (SG13), by default")
 """What a height estimator that lives on a noise model takes, with a warning, when none is given."""
-_ROUNDING: Final = 5e-7  # s: half of a microsecond clock's step, and four of a double's at 1e9 s
+CLOCK: Final = 5e-7
+"""Half of a microsecond clock's step, and four of a double's at 1e9 s: what the alignment's end allows, s."""
 
 
 class Tracker:
@@ -160,7 +161,7 @@ class Tracker:
             if not self._early:
                 self._refuse_steps(with_imu=accel is not None and gyro is not None)
             self._elapsed += _checked(dt) if self._early else 0.0
-            if self._elapsed < ALIGNMENT - _ROUNDING:
+            if self._elapsed < ALIGNMENT - CLOCK:
                 self._early.append((self._elapsed, force, rate, altitude))
                 return None
             columns = (np.array(column) for column in zip(*self._early, strict=True))
@@ -279,7 +280,7 @@ class Tracker:
         t, altitude = recording.t, recording.height()
         first = t[: np.searchsorted(t, t[0] + 2 * ALIGNMENT) + 1]
         elapsed = np.cumsum(np.diff(first, prepend=first[:1]))  # as `step` sums it
-        start = int(np.searchsorted(elapsed, ALIGNMENT - _ROUNDING))
+        start = int(np.searchsorted(elapsed, ALIGNMENT - CLOCK))
         if start == len(t):
             raise ValueError(
                 f"{recording.name or 'the recording'} lasts {recording.duration:.3g} s, all of it needed to "

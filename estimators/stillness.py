@@ -25,7 +25,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from baroarma.estimators.attitude.kernels import as_rows
-from baroarma.estimators.base import Alignment, Signal
+from baroarma.estimators.base import ROUNDING, Alignment, Signal
 
 SETTLED: Final = 0.5
 """Seconds without a disturbance after which the IMU is still; all constants here are chosen by us."""
@@ -37,8 +37,6 @@ SHORT_MEAN: Final = 0.1
 """Time constant of the short means, s."""
 LONGEST_SILENCE: Final = 0.5
 """Seconds without an IMU sample after which nothing is known."""
-ROUNDING: Final = 1e-6
-"""Sums of intervals that but for so much (s) reach a time do reach it: no clock's rounding decides."""
 KNOCK: Final = 6.0
 """Standard deviations of one sample that are no noise."""
 SHIFT: Final = 4.0

@@ -22,20 +22,18 @@ from baroarma.atmosphere import EXPONENT, SCALE_HEIGHT, SEA_LEVEL_PRESSURE, STAN
 from baroarma.atomic import replacing
 from baroarma.estimators.attitude.alignment import ENOUGH, PARTS
 from baroarma.estimators.attitude.kernels import LONGEST_HOLD
-from baroarma.estimators.base import UNSEEN_WALK
+from baroarma.estimators.base import ROUNDING, UNSEEN_WALK
 from baroarma.estimators.conditioning import Conditioner, conditioner_of
 from baroarma.export.c_text import Number, Numbers, comment
 from baroarma.export.golden import golden_header
 from baroarma.export.parts import ATTITUDES, CONDITIONINGS, HEIGHTS, Part
 from baroarma.noise_model import NoiseModel
 from baroarma.presets import PRESETS, Preset
-from baroarma.tracker import Tracker
+from baroarma.tracker import CLOCK, Tracker
 
 Real = Literal["float", "double"]
 RATES: Final = (4.0, 2000.0)
 """Rates in Hz that firmware can be exported for: below, a second of rest says too little."""
-_CLOCK: Final = 5e-7  # s: half of a microsecond clock's step, as the tracker allows
-_ROUNDING: Final = 1e-6  # s: as the chain and the filters allow
 
 
 @dataclass(frozen=True)
@@ -188,10 +186,10 @@ def _parts(preset: Preset) -> tuple[Part, Part, Part]:
 def _chain_numbers(preset: Preset) -> Numbers:
     """Return what `tracker.c` reads."""
     return (
-        Number("CLOCK", _CLOCK, "rounding of a clock, s"),
-        Number("ROUNDING", _ROUNDING, "sums of intervals that but for so much reach a time reach it, s"),
+        Number("CLOCK", CLOCK, "rounding of a clock, s"),
+        Number("ROUNDING", ROUNDING, "sums of intervals that but for so much reach a time reach it, s"),
         Number("PARTS", PARTS, "of the alignment's second, whose means tell how sure its mean is"),
-        Number("PART_ROUNDING", _ROUNDING, "of the place in them"),
+        Number("PART_ROUNDING", ROUNDING, "of the place in them"),
         Number("LEAST_GRAVITY", STANDARD_GRAVITY / 2, "a mean specific force below is no rest, m/s²"),
         Number("ENOUGH_SAMPLES", ENOUGH, "fewer don't tell a sensor's noise"),
         Number(
@@ -200,7 +198,7 @@ def _chain_numbers(preset: Preset) -> Numbers:
         Number("LONGEST_STEP", 3600.0, "a longer interval is refused, s"),
         Number("LARGEST_FORCE", 1e4, "no accelerometer reads more, m/s²"),
         Number("LARGEST_RATE", 1e3, "no gyro reads more, rad/s"),
-        Number("STALE", LONGEST_HOLD + _ROUNDING, "an older acceleration counts as 0, s"),
+        Number("STALE", LONGEST_HOLD + ROUNDING, "an older acceleration counts as 0, s"),
         Number("UNSEEN_WALK", UNSEEN_WALK, "how the velocity then wanders, m/s per root second"),
         Number("LEAST_STEP", 1e-6, "s"),
         Number("SCALE_HEIGHT", SCALE_HEIGHT, "T0/L of the ISA, m"),

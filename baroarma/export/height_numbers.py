@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from baroarma.estimators.height.coloured_kalman import LEFT_BIAS_SD, SHAKING_TIM
 from baroarma.estimators.height.complementary import LONGEST_WEIGHT
 from baroarma.estimators.height.kernels import JUMP_TIME
 from baroarma.export.c_text import Number, Numbers
-
-PROOF: Final = 3
-"""Rejected altitudes in a row from which the bank believes a jump."""
 
 
 def _drive(height: Any) -> Numbers:
@@ -105,7 +102,7 @@ def _bank(rules: bank.Rules) -> Numbers:
     return (
         Number("GATE", rules.gate, "sds from which an altitude is an outlier"),
         Number("RECOVERY", rules.recovery, "after so long outliers are believed, s"),
-        Number("PROOF", PROOF, "if there are so many"),
+        Number("PROOF", bank.PROOF, "if there are so many"),
         Number("TOGETHER", bank.TOGETHER, "over so long innovations are summed, s"),
         Number("PRESSURE_STEP", rules.pressure_step, "largest that is the barometer's if it stays, m"),
         Number("JUMP_TIME", JUMP_TIME, "a height that jumps by 1 m may move by 1 m in so long, s"),

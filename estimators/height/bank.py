@@ -44,6 +44,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from baroarma.estimators.base import ROUNDING
 from baroarma.estimators.height.kernels import (
     HEIGHT,
     VELOCITY,
@@ -61,8 +62,8 @@ from baroarma.estimators.height.kernels import (
 
 Signal = NDArray[np.float64]
 
-ROUNDING: Final = 1e-6
-"""Sums of intervals that but for so much (s) reach a time do reach it: no clock's rounding decides."""
+PROOF: Final = 3
+"""Rejected altitudes in a row from which a jump may be believed (chosen by us)."""
 SINCE, COUNT, JUMP, SUM, FIRST, LATE = 0, 1, 2, 3, 4, 5
 """Columns of `Filters.doubt`."""
 RESTED: Final = 0
@@ -458,7 +459,7 @@ def _is_taken(i: int, y: float, sd: float, share: float, rules: Rules, doubt: Si
     doubt[i, LATE] += (1.0 - share) * (y - doubt[i, LATE])
     if doubt[i, SINCE] <= 0.5 * rules.recovery:
         doubt[i, FIRST] += (y - doubt[i, FIRST]) / doubt[i, COUNT]
-    if doubt[i, COUNT] >= 3.0 and doubt[i, SINCE] >= rules.recovery - ROUNDING:
+    if doubt[i, COUNT] >= PROOF and doubt[i, SINCE] >= rules.recovery - ROUNDING:
         stays = abs(doubt[i, LATE] - doubt[i, FIRST]) < 0.3 * abs(doubt[i, LATE]) + 0.25 * sd
         doubt[i, JUMP] = -abs(y) if stays and abs(y) <= rules.pressure_step else abs(y)
         doubt[i, SINCE] = doubt[i, COUNT] = doubt[i, SUM] = 0.0

@@ -57,6 +57,8 @@ LONGEST_ODDS: Final = 10.0
 """Log-odds beyond which no more certainty is gathered: 1 in 22 000 (chosen by us)."""
 ONSET: Final = 0.5
 """Within so many seconds a start is noticed (chosen by us)."""
+START: Final = 5.0
+"""Standard deviations of a velocity that is no rest's any more (chosen by us)."""
 SWAY: Final = 0.01
 """Velocity of what shakes in the wind but stays, m/s (chosen by us)."""
 
@@ -118,6 +120,8 @@ class ColouredKalman(LinearHeight):
     """
 
     listens_to_rest = True
+    bias_sd: float
+    """Sd of the accelerometer's bias, m/s²: as given, else as the alignment says."""
     evidence: float
     """Log-likelihood of the altitudes that were taken since `reset`."""
 
@@ -146,15 +150,11 @@ class ColouredKalman(LinearHeight):
     ) -> None:
         if noise is None:
             raise ValueError(needs_noise("coloured-kalman"))
-        self.noise, self.bias_sd, self.bias_walk, self.offset_sd = (
-            noise,
-            BIAS_SD if bias_sd is None else bias_sd,
-            bias_walk,
-            offset_sd,
-        )
+        self.noise, self.bias_walk, self.offset_sd = noise, bias_walk, offset_sd
         self.barometer_lag, self.confirm_rest = barometer_lag, confirm_rest
         self.level_prior_sd, self.level_prior_time = level_prior_sd, level_prior_time
         self._given = acceleration_sd, bias_sd, rest_sd
+        has_offset = bool(noise.drift_rate or offset_sd)
         rules = Rules(
             gate=gate,
             recovery=recovery,
@@ -163,15 +163,15 @@ class ColouredKalman(LinearHeight):
             longest_odds=LONGEST_ODDS,
             memory=ONSET,
             sway=SWAY,
-            onset=5.0,
-            pressure_step=pressure_step if noise.drift_rate or offset_sd else 0.0,
+            onset=START,
+            pressure_step=pressure_step if has_offset else 0.0,
             floors=np.sort(np.array(floors, float)),
             floor_variance=float(floor_sd**2),
         )
         self._bank = Bank(rules, 0)
         states = ["height", "velocity", "acceleration_bias"] + ["low_passed"] * bool(barometer_lag)
-        states += ["offset"] * bool(noise.drift_rate or offset_sd) + ["correlated"] * noise.has_gauss_markov
-        self._offset = states.index("offset") if "offset" in states else 0
+        states += ["offset"] * has_offset + ["correlated"] * noise.has_gauss_markov
+        self._offset = states.index("offset") if has_offset else 0
         if not noise.has_gauss_markov:
             self.note = "The noise model has no Gauss-Markov component: there is no state for it."
         super().__init__(

@@ -6,8 +6,20 @@ import numpy as np
 import pytest
 
 import baroarma as ba
-from baroarma.formats import read
+from baroarma.formats import UnreadableError, read
 from baroarma.simulation import simulate
+
+
+@pytest.fixture
+def refusal():
+    """Read what can't be read, and return what is said."""
+
+    def read_in_vain(path):
+        with pytest.raises(UnreadableError) as caught:
+            read(path)
+        return str(caught.value)
+
+    return read_in_vain
 
 
 @pytest.fixture(scope="session")

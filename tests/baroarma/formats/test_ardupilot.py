@@ -113,13 +113,7 @@ def test_old_logs_without_instances_are_read(tmp_path):
     ]
 
 
-def refusal(path):
-    with pytest.raises(UnreadableError) as caught:
-        read(path)
-    return str(caught.value)
-
-
-def test_what_is_no_log_with_pressure_is_refused_in_a_sentence(tmp_path, monkeypatch):
+def test_what_is_no_log_with_pressure_is_refused_in_a_sentence(tmp_path, monkeypatch, refusal):
     path = tmp_path / "a.bin"
     assert "no such file" in refusal(path)
     for content in (b"", b"time_s,pressure_pa\n", bytes(1000)):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from baroarma.atmosphere import STANDARD_GRAVITY
-from baroarma.formats import UnreadableError, read
+from baroarma.formats import read
 
 XYZ = "xyz"
 
@@ -166,20 +166,14 @@ def test_an_acceleration_without_gravity_is_left_out_and_said_so(tmp_path):
 # what can't be read
 
 
-def refusal(path):
-    with pytest.raises(UnreadableError) as caught:
-        read(path)
-    return str(caught.value)
-
-
-def test_an_export_without_pressure_is_refused(tmp_path):
+def test_an_export_without_pressure_is_refused(tmp_path, refusal):
     assert "no such file" in refusal(tmp_path / "none.zip")
     assert "this is a zip file without pressure" in refusal(packed(tmp_path / "a.zip", {"a.txt": "x"}))
     files = {"Accelerometer.csv": vector([0.0], LEVEL)}
     assert "this is a folder without pressure" in refusal(unpacked(tmp_path / "a", files))
 
 
-def test_a_damaged_zip_is_refused_in_a_sentence(streams, tmp_path):
+def test_a_damaged_zip_is_refused_in_a_sentence(streams, tmp_path, refusal):
     whole = packed(tmp_path / "whole.zip", phyphox(streams)).read_bytes()
     path = tmp_path / "a.zip"
     broken = bytearray(whole)
@@ -189,7 +183,7 @@ def test_a_damaged_zip_is_refused_in_a_sentence(streams, tmp_path):
         assert "a.zip: this is not a zip file, or it is damaged" in refusal(path)
 
 
-def test_a_bad_value_is_named_by_file_and_line_in_the_export(tmp_path):
+def test_a_bad_value_is_named_by_file_and_line_in_the_export(tmp_path, refusal):
     text = '"Time (s)","Pressure (hPa)"\n0.0,1000.0\n0.1,{}\n'
     for value, said in (("high", "pressure_hpa is 'high'"), ("-1", "pressure_hpa is -1")):
         path = packed(tmp_path / "a.zip", {"Raw Data.csv": text.format(value)})

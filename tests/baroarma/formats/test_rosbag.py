@@ -148,14 +148,8 @@ def test_messages_that_arrive_late_take_their_place_in_time(still, tmp_path):
     np.testing.assert_array_equal(found.pressure, 1e5 + np.arange(40))
 
 
-def refusal(path):
-    with pytest.raises(UnreadableError) as caught:
-        read(path)
-    return str(caught.value)
-
-
 @pytest.mark.parametrize("name", ["a.mcap", "a.db3", "a.bag"])
-def test_what_is_no_bag_is_refused_in_a_sentence(tmp_path, name):
+def test_what_is_no_bag_is_refused_in_a_sentence(tmp_path, name, refusal):
     path = tmp_path / name
     assert "no such file" in refusal(path)
     for content in (b"", b"time_s,pressure_pa\n", bytes(1000)):
@@ -163,7 +157,7 @@ def test_what_is_no_bag_is_refused_in_a_sentence(tmp_path, name):
         assert f"{name}: this is not a ROS bag, or it is damaged" in refusal(path)
 
 
-def test_a_bag_without_pressure_or_without_reader_is_refused(still, tmp_path, monkeypatch):
+def test_a_bag_without_pressure_or_without_reader_is_refused(still, tmp_path, monkeypatch, refusal):
     path = write(tmp_path / "bag", {"/imu": inertial(still.t, still.accel, still.gyro)})
     assert "no topic of type sensor_msgs/msg/FluidPressure" in refusal(path)
     (path / "metadata.yaml").write_text("nonsense: [")

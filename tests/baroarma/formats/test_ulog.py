@@ -170,13 +170,7 @@ def test_the_first_imu_is_taken_and_one_without_samples_is_none(tmp_path):
     assert found.gyro[25] == pytest.approx([0, 0, 0.1])
 
 
-def refusal(path):
-    with pytest.raises(UnreadableError) as caught:
-        read(path)
-    return str(caught.value)
-
-
-def test_what_is_no_log_with_pressure_is_refused_in_a_sentence(tmp_path, monkeypatch):
+def test_what_is_no_log_with_pressure_is_refused_in_a_sentence(tmp_path, monkeypatch, refusal):
     path = tmp_path / "a.ulg"
     assert "no such file" in refusal(path)
     for content in (b"", b"time_s,pressure_pa\n", bytes(1000)):
