@@ -1,8 +1,8 @@
 """Attitude estimators behind one height filter: `python benchmarks/attitudes.py [--seeds 3]`.
 
 Two minutes of each motion, or until it ends, `coloured-kalman` without rest updates and with the noise of
-SG13's barometer behind every attitude; rms over seeds of height m / velocity m/s.  Device `simple` has noise and bias, the others
-also scale errors, steps, range and bandwidth.
+SG13's barometer behind every attitude; rms over seeds of height m / velocity m/s.  Device `simple` has noise
+and bias, the others also scale errors, steps, range and bandwidth.
 """
 
 import argparse
