@@ -41,7 +41,7 @@ PART: Final = 1 << 15
 
 
 class ChainRun(NamedTuple):
-    """What `Chain.run` returns: the height estimator's columns and the vertical acceleration, (n,)."""
+    """What some rows give: the height estimator's columns and the vertical acceleration, (n,)."""
 
     height: HeightRun
     acceleration: Signal
@@ -109,21 +109,21 @@ class Chain:
         self._velocity, self._started = state.velocity, True
         return TrackState(*state, self._acceleration)
 
-    def run(self, rows: Recording, altitude: Signal, dt: float, *, lag: float | None = None) -> ChainRun:
+    def run(
+        self, rows: Recording, altitude: Signal, dt: float, out: Signal, *, lag: float | None = None
+    ) -> None:
         """Take all rows, with their altitudes (n,), the first of them `dt` s after what came before.
 
-        With a `lag` in s each row knows what came up to so much later; the smoother doesn't go on after it.
+        `out` (5, n) gets height, velocity, their sds and the acceleration.  With a `lag` in s each row knows
+        what came up to so much later; the smoother doesn't go on after it.
         """
         n = len(rows)
-        if lag is not None or n <= PART or not self._goes_on():
-            return self._take(rows, altitude, dt, lag)
-        columns = np.empty((5, n))
-        for start in range(0, n, PART):
-            part = slice(start, min(start + PART, n))
+        size = n if lag is not None or not self._goes_on() else PART
+        for start in range(0, n, size):
+            part = slice(start, min(start + size, n))
             since = dt if start == 0 else float(rows.t[start] - rows.t[start - 1])
-            found = self._take(rows.rows(part), altitude[part], since, None)
-            columns[:4, part], columns[4, part] = found.height, found.acceleration
-        return ChainRun(HeightRun(*columns[:4]), columns[4])
+            found = self._take(rows.rows(part), altitude[part], since, lag)
+            out[:4, part], out[4, part] = found.height, found.acceleration
 
     def _goes_on(self) -> bool:
         """Whether the estimators can run part by part; an older plug-in's `run` may know no `dt`."""

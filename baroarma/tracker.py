@@ -6,6 +6,7 @@ answers 0 there, `step` None.  From then on `step` and `run` give the same numbe
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 import pickle
@@ -18,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from baroarma.atmosphere import pressure_altitude
 from baroarma.atomic import replacing
-from baroarma.chain import Chain, ChainRun
+from baroarma.chain import Chain
 from baroarma.estimators import attitude_estimator, height_estimator
 from baroarma.estimators.attitude.alignment import align
 from baroarma.estimators.base import Alignment, AttitudeEstimator, HeightEstimator
@@ -33,6 +34,7 @@ from baroarma.recording import Recording
 from baroarma.track import Track, TrackState
 from baroarma.whitening import WhiteningFilter
 
+logger = logging.getLogger(__name__)
 Signal = NDArray[np.float64]
 ALIGNMENT: Final = 1.0
 """Seconds of rest at the start [SG14, Sec. 2.4]."""
@@ -233,7 +235,9 @@ class Tracker:
                 "ended; reset the tracker before another recording"
             )
         altitude, self._until = part.height(), float(part.t[-1])
-        columns = _columns(0, self._chain.run(part, altitude, dt))
+        columns = np.empty((5, len(part)))
+        self._chain.run(part, altitude, dt, columns)
+        columns.flags.writeable = False
         findings = self._watched(part.t, columns[0], altitude)
         return Track(part.t, *columns, preset=self.settings.name, name=part.name, findings=findings)
 
@@ -290,10 +294,14 @@ class Tracker:
         self._with_imu = recording.accel is not None and recording.gyro is not None
         self._until = float(t[-1])
         self._chain = self._aligned(elapsed[:start], early.accel, early.gyro, altitude[:start], dt=dt)
-        found = self._chain.run(recording.rows(slice(start, None)), altitude[start:], dt, lag=lag)
+        columns = np.zeros((5, len(t)))
+        self._chain.run(recording.rows(slice(start, None)), altitude[start:], dt, columns[:, start:], lag=lag)
+        columns[2:4, :start] = columns[2:4, start, None]
+        columns.flags.writeable = False
+        logger.info("tracked %r by %r, aligned over the first %d rows", recording, self, start)
         findings = track_findings(recording, self.settings, self.noise, self._chain, aligned_over=ALIGNMENT)
         name = self.settings.name if lag is None else f"{self.settings.name}, smoothed"
-        columns, drift_rate = _columns(start, found), (self.noise or DEFAULT_NOISE).drift_rate
+        drift_rate = (self.noise or DEFAULT_NOISE).drift_rate
         self._divergence = Divergence(float(t[0]), self._chain, drift_rate=drift_rate)
         findings = (*findings, *self._watched(t, columns[0], altitude))
         return Track(t, *columns, preset=name, name=recording.name, findings=findings)
@@ -445,22 +453,6 @@ def _settings(base: Preset, chosen: Preset, kind: str) -> dict[str, Any]:
     if getattr(base, kind) != getattr(chosen, kind):
         return {}
     return {name: constant.value for name, constant in getattr(base, f"{kind}_settings").items()}
-
-
-def _columns(start: int, found: ChainRun) -> tuple[Signal, Signal, Signal, Signal, Signal]:
-    """Return a track's columns, the alignment's rows before the chain's: all 0, with the first sds."""
-    height, velocity, height_sd, velocity_sd = found.height
-
-    def padded(first: float, column: Signal) -> Signal:
-        return np.concatenate([np.full(start, first), column])
-
-    return (
-        padded(0.0, height),
-        padded(0.0, velocity),
-        padded(float(height_sd[0]), height_sd),
-        padded(float(velocity_sd[0]), velocity_sd),
-        padded(0.0, found.acceleration),
-    )
 
 
 def _vector(name: str, value: ArrayLike | None) -> Signal:

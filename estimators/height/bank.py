@@ -57,6 +57,7 @@ from baroarma.estimators.height.kernels import (
     one_row,
     pin,
     predict,
+    predict_motion,
     report,
 )
 
@@ -168,10 +169,12 @@ class Bank:
         When to believe what.
     states : int
         How many states each filter has.
+    lagged : bool
+        Whether one of them is a low-passed height.
     """
 
-    def __init__(self, rules: Rules, states: int) -> None:
-        self.rules, self._size = rules, (0,) * states
+    def __init__(self, rules: Rules, states: int, *, lagged: bool = False) -> None:
+        self.rules, self._size, self._lagged = rules, (0,) * states, lagged or None
         self._filters = Filters(
             np.zeros((FILTERS, states)),
             np.zeros((FILTERS, states, states)),
@@ -186,7 +189,7 @@ class Bank:
         now = speaker(bank.memory)
         bank.x[now], bank.P[now] = x, P
         decisions = Decisions(np.zeros(n, np.uint8), *(np.full(n, np.nan) for _ in range(7)))
-        run_bank(rows, self.rules, bank, self._size, decisions, out)
+        run_bank(rows, self.rules, bank, self._size, self._lagged, decisions, out)
         now = speaker(bank.memory)
         x[:], P[:] = bank.x[now], bank.P[now]
         return decisions
@@ -195,33 +198,54 @@ class Bank:
         self, tables: Tables, H: Signal, r: float, first: bool, row: Row, x: Signal, P: Signal
     ) -> tuple[float, float, float, float, float]:
         """Take one row; return height, velocity, their sds, and the altitude's log-likelihood if taken."""
-        given: tuple[Any, ...] = (*tables, H, r, first, *row, *self.rules, *self._filters, self._size, x, P)
+        given: tuple[Any, ...] = (
+            *tables,
+            H,
+            r,
+            first,
+            *row,
+            *self.rules,
+            *self._filters,
+            self._size,
+            self._lagged,
+            x,
+            P,
+        )
         found: tuple[float, float, float, float, float] = weigh_row(*given)
         return found
 
 
 @njit(cache=True, error_model="numpy")
 def run_bank(
-    rows: Rows, rules: Rules, bank: Filters, size: tuple[int, ...], decisions: Decisions, out: Signal
+    rows: Rows,
+    rules: Rules,
+    bank: Filters,
+    size: tuple[int, ...],
+    lagged: bool | None,
+    decisions: Decisions,
+    out: Signal,
 ) -> None:
     """Take all rows; `rows.at_rest` is what the IMU says, not yet what is believed.
 
-    The length of the tuple `size` is the number of states.  The compiler knows it, unlike a shape, and once
-    it has seen that both agree it unrolls the loops over the states.
+    `size` is as in `filter_rows`.  `lagged` None: there is no low-passed height among the states; the
+    compiler leaves out what would be needed for it.
     """
     x, P, doubt, flags = bank
     m = len(size)
     assert x.shape[1] == m and P.shape[1] == m and P.shape[2] == m  # noqa: PT018 - compiled
     gain, work = np.empty(m), np.empty((m + 1, m))
-    F, B, Q, ends, columns, transition, H, R, seen, measurement, z = rows[:11]
-    dt, u, variance, at_rest, rest_variance, level, level_variance, _, turned, _, _ = rows[11:]
+    F, B, Q, ends, columns, transition, H, R, measurement, z = rows[:10]
+    dt, u, variance, at_rest, rest_variance, level, level_variance, _, turned, _, _ = rows[10:]
     bits, floor, jump, odds, innovation, innovation_sd, rested, startled = decisions
     n = len(z)
     for k in range(n):
         jump[k], bits[k], startled[k] = doubt[speaker(flags), JUMP], 0, 0.0
         for i in range(_active(flags)):
             if transition[k] >= 0:
-                predict(i, x, P, F, B, Q, transition[k], ends, columns, u[k], variance[k], work)
+                if lagged is None:
+                    predict_motion(i, x, P, F, B, Q, transition[k], u[k], variance[k], work, size)
+                else:
+                    predict(i, x, P, F, B, Q, transition[k], ends, columns, u[k], variance[k], work, size)
             loosen(i, P, turned[k], doubt[i, JUMP], 0.0, rows.offset)
             doubt[i, JUMP] = 0.0
             doubt[i, SINCE] += dt[k] if doubt[i, COUNT] > 0.0 else 0.0
@@ -234,30 +258,36 @@ def run_bank(
             startled[k] = _fork(k, rest_variance[k], rules, RESTED, x, P, doubt, flags)
         if flags[_FORKED]:
             rested[k] = rest_variance[k] + flags[_SWAY]
-            pin(RESTED, x, P, VELOCITY, 0.0, rested[k], gain, work)
+            pin(RESTED, x, P, VELOCITY, 0.0, rested[k], gain, work, size)
             _watch_sway(dt[k], x, P, flags)
             _renew(k, dt[k], rules.memory, x, P, doubt, flags)
         if not math.isnan(level[k]):
             for i in range(_active(flags)):
-                pin(i, x, P, HEIGHT, level[k], level_variance[k], gain, work)
+                pin(i, x, P, HEIGHT, level[k], level_variance[k], gain, work, size)
         if not math.isnan(z[k]):
             j, chosen, active = measurement[k], speaker(flags), _active(flags)
             share, news, believed = math.exp(-flags[_SILENCE] / TOGETHER), 0.0, False
-            flags[_SILENCE] = 0.0
+            fresh, flags[_SILENCE] = math.sqrt(1.0 - share * share), 0.0
             for i in range(active):
-                y, s = innovate(i, x, P, H, j, R[j], seen, z[k], gain)
+                y, s = innovate(i, x, P, H, j, R[j], z[k], gain, size)
                 if s <= 0.0:  # a second sample at the same instant
                     continue
                 sd = math.sqrt(s)
-                taken = _is_taken(i, y, sd, share, rules, doubt)
+                off = y / sd
+                capped = min(max(off, -rules.gate), rules.gate)
+                doubt[i, SUM] = share * doubt[i, SUM] + fresh * capped
+                taken = capped == off and abs(doubt[i, SUM]) <= rules.gate
                 if taken:
-                    absorb(i, x, P, H, j, R[j], seen, y, s, gain, work)
+                    doubt[i, COUNT] = doubt[i, SINCE] = 0.0
+                    absorb(i, x, P, H, j, R[j], y, s, gain, work, size)
+                else:
+                    _doubt(i, y, sd, share, rules, doubt)
                 if i == chosen:
-                    innovation[k], innovation_sd[k] = y / sd, sd
+                    innovation[k], innovation_sd[k] = off, sd
                     bits[k] = 0 if taken else REJECTED
                 if i < 2 and active > 1:
                     sign = 1.0 if i == RESTED else -1.0
-                    news -= sign * (0.5 * min((y / sd) ** 2, rules.gate**2) + math.log(sd))
+                    news -= sign * (0.5 * capped * capped + math.log(sd))
                     believed = believed or taken
                     flags[_ODDS] -= sign * JUMP_ODDS if doubt[i, JUMP] != 0.0 else 0.0
             if active > 1:
@@ -265,7 +295,7 @@ def run_bank(
         if flags[_FORKED]:
             odds[k] = flags[_ODDS]
             if len(rules.floors):
-                floor[k] = _recognise_floor(rules, x, P, flags, gain, work)
+                floor[k] = _recognise_floor(rules, x, P, flags, gain, work, size)
         chosen = speaker(flags)
         report(k, chosen, x, P, out)
         if flags[_FORKED] and chosen == RESTED:  # a start may have gone unnoticed for so long
@@ -312,6 +342,7 @@ def weigh_row(
     doubt: Signal,
     flags: Signal,
     size: tuple[int, ...],
+    lagged: bool | None,
     x: Signal,
     P: Signal,
 ) -> tuple[float, float, float, float, float]:
@@ -326,7 +357,7 @@ def weigh_row(
     decisions = Decisions(bits, cells[0], cells[1], cells[2], cells[3], cells[4], cells[5], cells[6])
     now = speaker(bank.memory)
     bank.x[now], bank.P[now] = x, P
-    run_bank(one_row(Tables(F, B, Q), H, r, first, row), rules, bank, size, decisions, out)
+    run_bank(one_row(Tables(F, B, Q), H, r, first, row), rules, bank, size, lagged, decisions, out)
     now = speaker(bank.memory)
     x[:], P[:] = bank.x[now], bank.P[now]
     evidence = _log_likelihood(bits, cells[3], cells[4])
@@ -445,14 +476,9 @@ def _mark(flags: Signal, bits: NDArray[np.uint8]) -> None:
         bits[k] |= AT_REST
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def _is_taken(i: int, y: float, sd: float, share: float, rules: Rules, doubt: Signal) -> bool:
-    """Return whether filter i takes an altitude that is off by y m; keep its doubts."""
-    off = min(max(y / sd, -rules.gate), rules.gate)
-    doubt[i, SUM] = share * doubt[i, SUM] + math.sqrt(1.0 - share * share) * off
-    if abs(y) <= rules.gate * sd and abs(doubt[i, SUM]) <= rules.gate:
-        doubt[i, SINCE] = doubt[i, COUNT] = 0.0
-        return True
+@njit(cache=True, error_model="numpy")
+def _doubt(i: int, y: float, sd: float, share: float, rules: Rules, doubt: Signal) -> None:
+    """Keep the doubts of filter i, which did not take an altitude that is off by y m."""
     if doubt[i, COUNT] == 0.0:
         doubt[i, FIRST] = doubt[i, LATE] = y
     doubt[i, COUNT] += 1.0
@@ -463,7 +489,6 @@ def _is_taken(i: int, y: float, sd: float, share: float, rules: Rules, doubt: Si
         stays = abs(doubt[i, LATE] - doubt[i, FIRST]) < 0.3 * abs(doubt[i, LATE]) + 0.25 * sd
         doubt[i, JUMP] = -abs(y) if stays and abs(y) <= rules.pressure_step else abs(y)
         doubt[i, SINCE] = doubt[i, COUNT] = doubt[i, SUM] = 0.0
-    return False
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -474,7 +499,9 @@ def _hear(news: float, longest: float, flags: Signal) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _recognise_floor(rules: Rules, x: Signal, P: Signal, flags: Signal, gain: Signal, work: Signal) -> float:
+def _recognise_floor(
+    rules: Rules, x: Signal, P: Signal, flags: Signal, gain: Signal, work: Signal, size: tuple[int, ...]
+) -> float:
     """Take the floor that the rested filter stands on, once a rest, if it is sure; return it or NaN."""
     if flags[_ON_FLOOR] or flags[_ODDS] < SURE or flags[_AGE] < rules.memory - ROUNDING:
         return math.nan
@@ -489,5 +516,5 @@ def _recognise_floor(rules: Rules, x: Signal, P: Signal, flags: Signal, gain: Si
     if best > 9.0 or second - best < 2.0 * SURE:
         return math.nan
     flags[_ON_FLOOR] = 1.0
-    pin(RESTED, x, P, HEIGHT, floor, rules.floor_variance, gain, work)
+    pin(RESTED, x, P, HEIGHT, floor, rules.floor_variance, gain, work, size)
     return float(floor)

@@ -241,7 +241,7 @@ class ColouredKalman(LinearHeight):
         self.Q = self.process_noise(self.dt)
         self.evidence = 0.0
         self._anchor = np.array([*(alignment or Alignment()).up, 0.0])
-        self._bank = Bank(self._bank.rules, self.dim_x)
+        self._bank = Bank(self._bank.rules, self.dim_x, lagged=bool(self.barometer_lag))
         super().reset(alignment)
 
     def look_back(self, t: Signal, altitude: Signal, *, dt: float) -> None:
@@ -284,7 +284,7 @@ class ColouredKalman(LinearHeight):
             jump=decisions.jump,
         )
         out = np.empty((4, len(rows.z)))
-        smooth_rows(decided, lag, x, P, out)
+        smooth_rows(decided, lag, self._size, x, P, out)
         return HeightRun(*out)
 
     def _rows(self, steps: Signal, *samples: Any) -> Rows:

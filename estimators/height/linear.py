@@ -80,7 +80,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         unresolved: float = 0.0,
     ) -> None:
         KalmanFilter.__init__(self, dim_x=len(states), dim_z=1, dim_u=1)
-        self.states, self.dt = states, nominal_interval(dt)
+        self.states, self.dt, self._size = states, nominal_interval(dt), (0,) * len(states)
         self.acceleration_sd, self.rest_sd, self.unresolved = acceleration_sd, rest_sd, unresolved
         self.initial_height_sd, self.initial_velocity_sd = initial_height_sd, initial_velocity_sd
         self.drive = Drive(midpoint=midpoint, zupt_steps=zupt_steps, zupt_threshold=zupt_threshold)
@@ -194,7 +194,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         self, tables: Tables, H: Signal, r: float, first: bool, row: Row, x: Signal, P: Signal
     ) -> HeightState:
         """Take one row in place from x (m,), P (m, m)."""
-        given: tuple[Any, ...] = (*tables, H, r, first, *row, x, P)
+        given: tuple[Any, ...] = (*tables, H, r, first, *row, self._size, x, P)
         return HeightState(*filter_row(*given))
 
     def _driven(self, acceleration: float, acceleration_sd: float) -> tuple[float, float, bool]:
@@ -231,7 +231,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         """Run a compiled loop from the present state to the last row's."""
         n = len(rows.z)
         x, P, out = self.x.T.copy(), self.P[None].copy(), np.empty((4, n))
-        kernel(rows, *options, x, P, out)
+        kernel(rows, *options, self._size, x, P, out)
         self._stand(x[0], P[0])
         self._started = self._started or n > 0
         return HeightRun(*out)
@@ -258,7 +258,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         none, elapsed = np.full(n, np.nan), np.where(np.isnan(steps), 0.0, steps)
         # fmt: off
         return Rows(F, np.ascontiguousarray(B[..., 0]), Q, *entries(F), transition,
-                    H, R, np.flatnonzero((H != 0).any(axis=0)), measurement, z, elapsed,
+                    H, R, measurement, z, elapsed,
                     u, sd**2 + missed**2, rest, np.full(n, self.rest_sd**2), none, none,
                     np.zeros(n), np.zeros(n), np.zeros(n), 0)
         # fmt: on

@@ -35,17 +35,18 @@ Signal = NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy")
-def smooth_rows(rows: Rows, lag: float, x: Signal, P: Signal, out: Signal) -> None:
+def smooth_rows(rows: Rows, lag: float, size: tuple[int, ...], x: Signal, P: Signal, out: Signal) -> None:
     """Filter in place from x (1, m), P (1, m, m), then go back; out (4, n) as in `filter_rows`.
 
     With an infinite `lag` row k knows all rows, otherwise those up to `lag` s after it.
     """
-    n, m = len(rows.z), x.shape[1]
+    n, m = len(rows.z), len(size)
+    assert x.shape[1] == m and P.shape[1] == m and P.shape[2] == m  # noqa: PT018 - compiled
     xs, Ps = np.empty((n + 1, m)), np.empty((n + 1, m, m))  # before the first row, then after each
     gains, told, work = np.empty((3, m)), np.empty((3, 2)), np.empty((m + 1, m))
     xs[0], Ps[0] = x[0], P[0]
     for k in range(n):
-        _row(k, rows, x, P, gains, told, work)
+        _row(k, rows, x, P, gains, told, work, size)
         xs[k + 1], Ps[k + 1] = x[0], P[0]
     adjoint, spread, turn = np.zeros(m), np.zeros((m, m)), np.empty((m, m))
     last, ahead = n - 1, 0.0  # the last row that row k may know, and how far ahead it is
@@ -57,32 +58,41 @@ def smooth_rows(rows: Rows, lag: float, x: Signal, P: Signal, out: Signal) -> No
             adjoint[:], spread[:] = 0.0, 0.0
             for j in range(last, k, -1):
                 x[0], P[0] = xs[j], Ps[j]
-                _back(j, rows, x, P, gains, told, work, adjoint, spread, turn)
+                _back(j, rows, x, P, gains, told, work, adjoint, spread, turn, size)
         for i in range(2):
             mean, variance = _smoothed(i, xs[k + 1], Ps[k + 1], adjoint, spread)
             out[i, k], out[2 + i, k] = mean, math.sqrt(max(variance, 0.0))
         if lag == math.inf:
             x[0], P[0] = xs[k], Ps[k]
-            _back(k, rows, x, P, gains, told, work, adjoint, spread, turn)
+            _back(k, rows, x, P, gains, told, work, adjoint, spread, turn, size)
         ahead += rows.dt[k]
     x[0], P[0] = xs[n], Ps[n]
 
 
 @njit(cache=True, error_model="numpy")
-def _row(k: int, rows: Rows, x: Signal, P: Signal, gains: Signal, told: Signal, work: Signal) -> None:
+def _row(
+    k: int,
+    rows: Rows,
+    x: Signal,
+    P: Signal,
+    gains: Signal,
+    told: Signal,
+    work: Signal,
+    size: tuple[int, ...],
+) -> None:
     """Take row k as `filter_rows` does; keep gain, innovation and its variance of each measurement."""
     t, j = rows.transition[k], rows.measurement[k]
     if t >= 0:
         u, variance = rows.u[k], rows.acceleration_variance[k]
-        predict(0, x, P, rows.F, rows.B, rows.Q, t, rows.ends, rows.columns, u, variance, work)
+        predict(0, x, P, rows.F, rows.B, rows.Q, t, rows.ends, rows.columns, u, variance, work, size)
     loosen(0, P, rows.turned[k], rows.jump[k], rows.startled[k], rows.offset)
     if rows.at_rest[k]:
-        told[0] = pin(0, x, P, VELOCITY, 0.0, rows.rest_variance[k], gains[0], work)
+        told[0] = pin(0, x, P, VELOCITY, 0.0, rows.rest_variance[k], gains[0], work, size)
     if not math.isnan(rows.level[k]):
-        told[1] = pin(0, x, P, HEIGHT, rows.level[k], rows.level_variance[k], gains[1], work)
+        told[1] = pin(0, x, P, HEIGHT, rows.level[k], rows.level_variance[k], gains[1], work, size)
     if not math.isnan(rows.z[k]):
-        y, s = innovate(0, x, P, rows.H, j, rows.R[j], rows.seen, rows.z[k], gains[2])
-        absorb(0, x, P, rows.H, j, rows.R[j], rows.seen, y, s, gains[2], work)
+        y, s = innovate(0, x, P, rows.H, j, rows.R[j], rows.z[k], gains[2], size)
+        absorb(0, x, P, rows.H, j, rows.R[j], y, s, gains[2], work, size)
         told[2] = y, s
 
 
@@ -109,9 +119,10 @@ def _back(
     adjoint: Signal,
     spread: Signal,
     turn: Signal,
+    size: tuple[int, ...],
 ) -> None:
     """Take the adjoint from after row k to before it; x and P are the filter's before row k."""
-    _row(k, rows, x, P, gains, told, work)
+    _row(k, rows, x, P, gains, told, work, size)
     if not math.isnan(rows.z[k]):
         _absorb(adjoint, spread, rows.H[rows.measurement[k]], gains[2], told[2], turn, work)
     unit = np.zeros(len(adjoint))
