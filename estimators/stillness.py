@@ -126,25 +126,7 @@ class Stillness:
         return found
 
 
-@njit(cache=True)
-def _run(
-    dt: Signal,
-    accel: Signal,
-    gyro: Signal,
-    bias: Signal,
-    accel_sd: float,
-    gyro_sd: float,
-    gravity: float,
-    memory: Signal,
-    still: NDArray[np.bool_],
-    shaking: Signal,
-) -> None:
-    """Fill the last two."""
-    for k in range(len(dt)):
-        still[k], shaking[k] = _step(dt[k], accel[k], gyro[k], bias, accel_sd, gyro_sd, gravity, memory)
-
-
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _step(
     dt: float,
     f: Signal,
@@ -155,51 +137,75 @@ def _step(
     gravity: float,
     memory: Signal,
 ) -> tuple[bool, float]:
-    """Take one sample; return whether all is still, and the sd of shaking or NaN.
+    """Take one sample; return whether all is still, and the sd of shaking or NaN."""
+    steps, force, rate = np.full(1, dt), np.empty((1, 3)), np.empty((1, 3))
+    still, shaking = np.empty(1, np.bool_), np.empty(1)
+    force[0], rate[0] = f, w
+    _run(steps, force, rate, bias, accel_sd, gyro_sd, gravity, memory, still, shaking)
+    return still[0], shaking[0]
+
+
+@njit(cache=True, error_model="numpy")
+def _run(
+    dt: Signal,
+    f: Signal,
+    w: Signal,
+    bias: Signal,
+    accel_sd: float,
+    gyro_sd: float,
+    gravity: float,
+    memory: Signal,
+    still: NDArray[np.bool_],
+    shaking: Signal,
+) -> None:
+    """Fill the last two: whether all is still, and the sd of shaking or NaN.
 
     The memory goes on: reference, short means of force and rate, age and so on, last force.
     """
-    age, samples, silence = memory[_AGE] + dt, memory[_SAMPLES], memory[_SILENCE] + dt
-    if not math.isfinite(f[0] + f[1] + f[2] + w[0] + w[1] + w[2]):
-        if silence > LONGEST_SILENCE + ROUNDING:
-            age, samples = 0.0, 0.0
-    else:
-        if samples == 0.0 or silence > LONGEST_SILENCE + ROUNDING:
-            samples = 0.0
+    knock = max(LEAST_KNOCK[0], KNOCK * accel_sd) ** 2, max(LEAST_KNOCK[1], KNOCK * gyro_sd) ** 2
+    shakes = (SHAKEN * accel_sd) ** 2
+    for k in range(len(dt)):
+        age, samples, silence = memory[_AGE] + dt[k], memory[_SAMPLES], memory[_SILENCE] + dt[k]
+        if not math.isfinite(f[k, 0] + f[k, 1] + f[k, 2] + w[k, 0] + w[k, 1] + w[k, 2]):
+            if silence > LONGEST_SILENCE + ROUNDING:
+                age, samples = 0.0, 0.0
         else:
-            share = dt / (SHORT_MEAN + dt)
-            part = dt / min(age, LONGEST_MEAN) if age > 0.0 else 0.0
-            for i in range(3):
-                memory[_FORCE + i] += share * (f[i] - memory[_FORCE + i])
-                memory[_RATE + i] += share * (w[i] - bias[i] - memory[_RATE + i])
-            # noise of the short mean, and of the reference, in samples
-            spread = math.sqrt(share / (2.0 - share) + part)
-            if _disturbs(f, w, bias, memory, spread, accel_sd, gyro_sd, gravity):
+            if samples == 0.0 or silence > LONGEST_SILENCE + ROUNDING:
                 samples = 0.0
+            else:
+                share = dt[k] / (SHORT_MEAN + dt[k])
+                part = dt[k] / min(age, LONGEST_MEAN) if age > 0.0 else 0.0
+                for i in range(3):
+                    memory[_FORCE + i] += share * (f[k, i] - memory[_FORCE + i])
+                    memory[_RATE + i] += share * (w[k, i] - bias[i] - memory[_RATE + i])
+                # noise of the short mean, and of the reference, in samples
+                spread = math.sqrt(share / (2.0 - share) + part)
+                if _disturbs(k, f, w, bias, memory, spread, accel_sd, gyro_sd, gravity, knock):
+                    samples = 0.0
+                for i in range(3):
+                    memory[i] += part * (f[k, i] - memory[i])
+            if samples == 0.0:
+                for i in range(3):
+                    memory[i] = memory[_FORCE + i] = f[k, i]
+                    memory[_RATE + i] = w[k, i] - bias[i]
+                age = 0.0
+            samples += 1.0
+            since, silence = silence, 0.0
+            if age >= SETTLED - ROUNDING:
+                square = 0.0
+                for i in range(3):
+                    square += (f[k, i] - memory[_LAST + i]) ** 2
+                memory[_SHAKING] += min(since / SHAKING_TIME, 1.0) * (square / 6.0 - memory[_SHAKING])
             for i in range(3):
-                memory[i] += part * (f[i] - memory[i])
-        if samples == 0.0:
-            for i in range(3):
-                memory[i] = memory[_FORCE + i] = f[i]
-                memory[_RATE + i] = w[i] - bias[i]
-            age = 0.0
-        samples += 1.0
-        since, silence = silence, 0.0
-        if age >= SETTLED - ROUNDING:
-            square = 0.0
-            for i in range(3):
-                square += (f[i] - memory[_LAST + i]) ** 2
-            memory[_SHAKING] += min(since / SHAKING_TIME, 1.0) * (square / 6.0 - memory[_SHAKING])
-        for i in range(3):
-            memory[_LAST + i] = f[i]
-    memory[_AGE], memory[_SAMPLES], memory[_SILENCE] = age, samples, silence
-    still = age >= SETTLED - ROUNDING and silence <= LONGEST_SILENCE + ROUNDING
-    shakes = memory[_SHAKING] > (SHAKEN * accel_sd) ** 2
-    return still, math.sqrt(memory[_SHAKING]) if shakes else math.nan
+                memory[_LAST + i] = f[k, i]
+        memory[_AGE], memory[_SAMPLES], memory[_SILENCE] = age, samples, silence
+        still[k] = age >= SETTLED - ROUNDING and silence <= LONGEST_SILENCE + ROUNDING
+        shaking[k] = math.sqrt(memory[_SHAKING]) if memory[_SHAKING] > shakes else math.nan
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def _disturbs(
+    k: int,
     f: Signal,
     w: Signal,
     bias: Signal,
@@ -208,18 +214,21 @@ def _disturbs(
     accel_sd: float,
     gyro_sd: float,
     gravity: float,
+    largest_knock: tuple[float, float],
 ) -> bool:
     knock = shift = turn = swing = length = 0.0
     for i in range(3):
-        knock += (f[i] - memory[i]) ** 2
+        knock += (f[k, i] - memory[i]) ** 2
         shift += (memory[_FORCE + i] - memory[i]) ** 2
-        turn += (w[i] - bias[i]) ** 2
+        turn += (w[k, i] - bias[i]) ** 2
         swing += memory[_RATE + i] ** 2
         length += memory[i] ** 2
+    least, most = max(gravity - GRAVITY_ERROR, 0.0), gravity + GRAVITY_ERROR
     return (
-        knock > max(LEAST_KNOCK[0], KNOCK * accel_sd) ** 2
+        knock > largest_knock[0]
         or shift > max(LEAST_SHIFT[0], SHIFT * spread * accel_sd) ** 2
-        or turn > max(LEAST_KNOCK[1], KNOCK * gyro_sd) ** 2
+        or turn > largest_knock[1]
         or swing > max(LEAST_SHIFT[1], SHIFT * spread * gyro_sd) ** 2
-        or abs(math.sqrt(length) - gravity) > GRAVITY_ERROR
+        or length < least * least
+        or length > most * most
     )
