@@ -20,12 +20,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baroarma.whitening import WhiteningFilter, synthesise
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Split = Literal["exact", "bilinear"]
 
@@ -177,6 +180,38 @@ class ArmaModel:
         tau_p, tau_o = self.time_constants()
         return synthesise(tau_p=tau_p, tau_o=tau_o, rate_hz=rate_hz, unity_gain_hz=unity_gain_hz)
 
+    def summary(self) -> str:
+        """Return the coefficients as text, and the components they stand for where they stand for some."""
+        return "\n".join([repr(self), *(f"  {name:20}{value}" for name, value in self._rows())])
+
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import tables
+        from baroarma.page import Table
+
+        caption = f"ARMA({len(self.ar)}, {len(self.ma)}) of samples every {self.dt:g} s"
+        return tables(Table(("parameter", "value"), tuple(self._rows()), caption))
+
+    def _rows(self) -> list[tuple[str, str]]:
+        rows = [(f"a{i}", f"{value:.6g}") for i, value in enumerate(self.ar, 1)]
+        rows += [(f"b{i}", f"{value:.6g}") for i, value in enumerate(self.ma, 1)]
+        rows.append(("innovation sd", f"{self.sd:.4g} m"))
+        try:
+            found = self.split()
+        except ValueError:  # no Gauss-Markov plus white noise
+            return rows
+        return [
+            *rows,
+            ("Gauss-Markov sd", f"{found.correlated_sd:.4g} m"),
+            ("correlation time", f"{found.correlation_time:.4g} s"),
+            ("white sd", f"{found.white_sd:.4g} m"),
+        ]
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the power spectral density; see `baroarma.plotting.plot_arma`."""
+        from baroarma.plotting import plot_arma
+
+        return plot_arma(self, ax)
+
     def _first_order(self) -> tuple[float, float]:
         if (len(self.ar), len(self.ma)) != (1, 1):
             raise ValueError(f"an ARMA(1, 1) is needed, but this is an ARMA({len(self.ar)}, {len(self.ma)})")
@@ -197,6 +232,14 @@ def gauss_markov_arma(
         model is an ARMA(0,0).
     dt : float
         Sampling interval, s.
+
+    Examples
+    --------
+    >>> raw = gauss_markov_arma(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, dt=0.02)
+    >>> raw
+    <ArmaModel(1, 1): a = [-0.9737], b = [-0.8711], sd 0.4863, 0.02 s>
+    >>> round(raw.split().correlated_sd, 6)
+    0.27
     """
     if correlated_sd == 0:
         return ArmaModel((), (), white_sd, dt)

@@ -52,6 +52,25 @@ class BarometerLag:
         low, high = self.ci95
         return f"<BarometerLag {self.seconds:.3f} s [{low:.3f}, {high:.3f}]: {self.verdict()}>"
 
+    def summary(self) -> str:
+        """Return time constant, interval and evidence as text."""
+        rows = "\n".join(f"  {name:28}{value}" for name, value in self._rows())
+        return f"A barometer's time constant: {self.verdict()}\n{rows}"
+
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import tables
+        from baroarma.page import Table
+
+        return tables(Table(("what", "value"), tuple(self._rows()), f"Barometer's lag: {self.verdict()}"))
+
+    def _rows(self) -> list[tuple[str, str]]:
+        return [
+            ("time constant", f"{self.seconds:.3f} s"),
+            ("95 % interval", "{:.3f} to {:.3f} s".format(*self.ci95)),
+            ("log-likelihood over no lag", f"{self.gain:.3g}"),
+            ("searched up to", f"{self.longest:g} s"),
+        ]
+
     def verdict(self) -> str:
         """Return what to do with it, in a sentence.
 

@@ -28,9 +28,11 @@ NOTICEABLE_LAG: Final = 0.03
 """A reference that is late by less (s) is not worth a word: about one sample of a laser."""
 TRACK_COLUMNS: Final = ("time_s", "height_m", "velocity_m_s", "height_sd_m", "velocity_sd_m_s")
 """Columns of ``track.csv``."""
+LARGEST: Final = 1e12
+"""No time in s, height in m or velocity in m/s of a track."""
 CLOCK: Final = 1e-3
 """By how much another program may round the recording's times, s."""
-_HEADS: Final = ("height RMSE m", "velocity RMSE m/s", "height bias m", "closure m", "us/sample")
+_HEADS: Final = ("height RMSE m", "velocity RMSE m/s", "height bias m", "closure m", "time us/sample")
 
 
 @dataclass(frozen=True)
@@ -125,10 +127,17 @@ class Comparison:
         return self.summary()
 
     def _repr_html_(self) -> str:
-        table: str = self.to_frame().to_html(
-            float_format="{:.3f}".format, na_rep="-", index=False, escape=True
-        )
-        return table
+        from baroarma.notebook import about, tables
+        from baroarma.page import Table
+
+        name = self.recording.name or "Recording"
+        caption = f"{name}: {len(self.recording)} rows over {self.recording.duration:.4g} s"
+        head = ("preset", *(_in_brackets(text) for text in _HEADS))
+        shown = Table(head, tuple((row.preset, *_values(row)) for row in self.rows), caption)
+        of_rows = [(row.preset, row.refusal) for row in self.rows if row.refusal]
+        of_rows += [(row.preset, str(finding)) for row in self.rows for finding in self.about(row)]
+        more = (Table(("preset", "what to know"), tuple(of_rows)),) if of_rows else ()
+        return tables(shown, *about((*self.recording.notes, *self.findings)), *more)
 
     def to_frame(self) -> pd.DataFrame:
         """Return the table as a pandas DataFrame."""
@@ -146,10 +155,19 @@ class Comparison:
 def _cells(row: Row) -> str:
     if row.errors is None:
         return row.refusal
-    e = row.errors
-    values = (e.height_rmse, e.velocity_rmse, e.height_bias, e.closure, row.us_per_sample)
-    texts = ("-" if value is None else f"{value:.3f}" for value in values)
-    return "  ".join(text.rjust(len(head)) for text, head in zip(texts, _HEADS, strict=True))
+    return "  ".join(text.rjust(len(head)) for text, head in zip(_values(row), _HEADS, strict=True))
+
+
+def _values(row: Row) -> tuple[str, ...]:
+    e = row.errors or Errors(None, None, None, float("nan"))
+    closure = None if row.errors is None else e.closure
+    values = (e.height_rmse, e.velocity_rmse, e.height_bias, closure, row.us_per_sample)
+    return tuple("-" if value is None else f"{value:.3f}" for value in values)
+
+
+def _in_brackets(head: str) -> str:
+    quantity, _, unit = head.rpartition(" ")
+    return f"{quantity} ({unit})"
 
 
 def compare(
@@ -198,7 +216,7 @@ def compare(
 
 
 def read_track(path: str | os.PathLike[str]) -> Track:
-    """Read a track that another program wrote with the columns of ``track.csv``; its name is the file's.
+    r"""Read a track that another program wrote with the columns of ``track.csv``; its name is the file's.
 
     The acceleration, which isn't in the file, is the velocity's derivative.
 
@@ -212,6 +230,17 @@ def read_track(path: str | os.PathLike[str]) -> Track:
     ValueError
         If a column is missing, a value is no number, or there are fewer than two rows; the message names the
         file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = os.path.join(folder, "mcu.csv")
+    ...     with open(path, "w") as file:
+    ...         _ = file.write("time_s,height_m,velocity_m_s,height_sd_m,velocity_sd_m_s\n")
+    ...         _ = file.write("0.00,0,0,0.1,0.1\n0.02,0.01,0.5,0.1,0.1\n")
+    ...     read_track(path)
+    <Track of '' by mcu.csv: 2 rows, 0 to 0.01 m>
     """
     import pandas as pd
 
@@ -224,6 +253,11 @@ def read_track(path: str | os.PathLike[str]) -> Track:
         ) from error
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, ValueError) as error:
         raise ValueError(f"{path}: this is no track: {error}") from error
+    good = (np.abs(np.array([t, height, velocity, *sds])) < LARGEST).all(axis=0)
+    if not good.all():
+        raise ValueError(
+            f"{path}, row {int(np.argmin(good)) + 1}: a track needs a finite number in each column"
+        )
     if len(t) < 2 or not (np.diff(t) > 0).all():
         raise ValueError(
             f"{path}: a track needs two rows or more whose times increase, but it has {len(t)} rows"

@@ -108,6 +108,30 @@ class ImuNoise:
         """White noise of one gyro sample, rad/s."""
         return self.gyro_density * math.sqrt(self.rate_hz)
 
+    def summary(self) -> str:
+        """Return densities, sds and biases as text."""
+        rows = (f"  {name:26}{accel:22}{gyro}" for name, accel, gyro in self._rows())
+        return "\n".join([f"IMU at {self.rate_hz:.4g} Hz", f"  {'':26}{'accelerometer':22}gyro", *rows])
+
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import tables
+        from baroarma.page import Table
+
+        head = ("", "accelerometer", "gyro")
+        return tables(Table(head, tuple(self._rows()), f"Noise of an IMU at {self.rate_hz:.4g} Hz"))
+
+    def _rows(self) -> list[tuple[str, str, str]]:
+        return [
+            (
+                "white, two-sided density",
+                f"{self.accel_density:.4g} m/s²/√Hz",
+                f"{self.gyro_density:.4g} rad/s/√Hz",
+            ),
+            ("white, sd of a sample", f"{self.accel_sd:.4g} m/s²", f"{self.gyro_sd:.4g} rad/s"),
+            ("bias, sd", f"{self.accel_bias_sd:.4g} m/s²", f"{self.gyro_bias_sd:.4g} rad/s"),
+            ("wander after a rest, sd", f"{self.accel_wander_sd:.4g} m/s²", "in the bias"),
+        ]
+
     def to_dict(self) -> dict[str, float]:
         """Return the values by name and unit."""
         return {
@@ -153,11 +177,12 @@ class ImuNoise:
         )
 
     @classmethod
-    def from_recording(cls, rest: Recording) -> ImuNoise:
+    def from_recording(cls, rest: Recording, *, gravity: float = STANDARD_GRAVITY) -> ImuNoise:
         """Measure the noise in a motionless recording of at least ten seconds.
 
         One recording shows one unit: `accel_bias_sd` is by how much its mean specific force differs from
-        standard gravity (the place's own gravity, up to 0.03 m/s², included), `gyro_bias_sd` and
+        `gravity` in m/s² (standard gravity is off by up to 0.03 m/s²; ``baroarma.gravity`` knows the
+        latitude's), `gyro_bias_sd` and
         `accel_wander_sd` how far the means of its seconds wander beyond the white noise: minutes of rest
         show more of that than ten seconds.
 
@@ -184,7 +209,7 @@ class ImuNoise:
         return cls(
             accel_density=_density(accel, rate_hz),
             gyro_density=_density(gyro, gyro_hz),
-            accel_bias_sd=abs(float(np.linalg.norm(accel.mean(axis=0))) - STANDARD_GRAVITY),
+            accel_bias_sd=abs(float(np.linalg.norm(accel.mean(axis=0))) - gravity),
             gyro_bias_sd=_wander(gyro, gyro_hz),
             accel_wander_sd=_wander(accel, rate_hz),
             rate_hz=rate_hz,

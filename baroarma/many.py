@@ -81,6 +81,14 @@ def compare_many(
     -------
     list of Comparison
         In the order of the recordings.
+
+    Examples
+    --------
+    >>> from baroarma.simulation import simulate
+    >>> squats = [simulate("squat", duration=20, seed=seed) for seed in (1, 2)]
+    >>> tables = compare_many(squats, jobs=1, presets=("sg14-a", "lee16"))
+    >>> [[row.preset for row in table.rows] for table in tables]
+    [['sg14-a', 'lee16'], ['sg14-a', 'lee16']]
     """
     work = partial(_compared, mapping=mapping, options=options)
     return list(in_order(work, recordings, jobs=jobs, executor=executor))

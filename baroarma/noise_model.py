@@ -15,7 +15,6 @@ import json
 import math
 import os
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -24,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from baroarma.arma import ArmaModel, gauss_markov_arma
 from baroarma.atomic import replacing
 from baroarma.finding import Finding
+from baroarma.noise_file import FORMAT, VERSION, model_fields, read_object
 from baroarma.whitening import WhiteningFilter, no_whitening, synthesise
 
 if TYPE_CHECKING:
@@ -45,6 +45,9 @@ TEST_NAMES: Final = {
 }
 """What people call the whiteness tests, by their keys in `NoiseModel.whiteness_p`."""
 Interval = tuple[float, float]
+SMALLEST: Final = 1e-30
+LARGEST: Final = 1e9
+"""What a parameter that isn't 0 can be, in its own unit: far beyond any sensor, and products stay finite."""
 
 HALF_NORMAL_95: Final = 1.959964
 """The 95 % quantile of a half-normal distribution, in units of its root mean square."""
@@ -82,7 +85,7 @@ class NoiseModel:
     Raises
     ------
     ValueError
-        If a value is negative or not finite, or only one of the Gauss-Markov pair is 0.
+        If a value is negative, not finite or beyond all sensors, or only one of the Gauss-Markov pair is 0.
 
     Examples
     --------
@@ -112,6 +115,11 @@ class NoiseModel:
             value = float(getattr(self, name))
             if not (math.isfinite(value) and value >= 0):
                 raise ValueError(f"{name} must be a number >= 0, but it is {value}")
+            if value and not SMALLEST <= value <= LARGEST:
+                raise ValueError(
+                    f"{name} is {value:g}, which no altimeter has; it must be 0 or from {SMALLEST:g} to "
+                    f"{LARGEST:g}"
+                )
             object.__setattr__(self, name, value)
         if self.rate_hz == 0:
             raise ValueError("rate_hz must be positive: it says at which rate white_sd holds")
@@ -179,6 +187,11 @@ class NoiseModel:
         """Return the ARMA(1,1) of the stationary part (Gauss-Markov + white) sampled every `dt` s.
 
         The drift is not stationary and not in it.  White density is kept, as in `at_rate`.
+
+        Examples
+        --------
+        >>> NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50).arma(0.02)
+        <ArmaModel(1, 1): a = [-0.9737], b = [-0.8711], sd 0.4863, 0.02 s>
         """
         if not (math.isfinite(dt) and dt > 0):
             raise ValueError(f"the sampling interval must be positive, but it is {dt:g} s")
@@ -252,6 +265,12 @@ class NoiseModel:
         -------
         ndarray, shape (n,)
             Noise in m; the drift starts at 0.
+
+        Examples
+        --------
+        >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+        >>> round(float(np.std(noise.simulate(100_000, rng=1))), 2)  # sqrt(0.27² + 0.46²)
+        0.53
         """
         rng = np.random.default_rng(rng)
         times = np.arange(int(t)) / self.rate_hz if np.ndim(t) == 0 else np.asarray(t, float)  # type: ignore[arg-type]
@@ -310,8 +329,8 @@ class NoiseModel:
         """Return the documented JSON object, format ``baroarma.noise-model`` version 1."""
         keys = dict(zip(JSON_KEYS, PARAMETERS, strict=True))
         return {
-            "format": "baroarma.noise-model",
-            "version": 1,
+            "format": FORMAT,
+            "version": VERSION,
             **{key: getattr(self, name) for key, name in keys.items()},
             "rate_hz": self.rate_hz,
             "ci95": None if self.ci95 is None else {k: list(self.ci95[name]) for k, name in keys.items()},
@@ -331,32 +350,7 @@ class NoiseModel:
         ValueError
             If the format, the version or a key is not as documented; the message names it.
         """
-        if not isinstance(data, dict) or data.get("format") != "baroarma.noise-model":
-            raise ValueError('this is no noise model: the key "format" must be "baroarma.noise-model"')
-        if data.get("version") != 1:
-            raise ValueError(
-                f"this noise model has version {data.get('version')!r}; this program reads version 1"
-            )
-        try:
-            values = {name: _number(data[key]) for key, name in zip(JSON_KEYS, PARAMETERS, strict=True)}
-            ci95: dict[str, Interval] | None = None
-            if data.get("ci95"):
-                ends = {name: data["ci95"][key] for key, name in zip(JSON_KEYS, PARAMETERS, strict=True)}
-                ci95 = {name: (_number(low), _number(high)) for name, (low, high) in ends.items()}
-            return cls(
-                **values,
-                rate_hz=_number(data["rate_hz"]),
-                ci95=ci95,
-                method=str(data.get("method", "by hand")),
-                sensor=str(data.get("sensor", "")),
-                verdict=tuple(Finding(**finding) for finding in data.get("verdict", ())),
-                whiteness_p=data.get("whiteness_p"),
-                source=data.get("source"),
-            )
-        except KeyError as error:
-            raise ValueError(f"this noise model lacks the key {error}") from error
-        except (TypeError, IndexError) as error:
-            raise ValueError(f"this noise model has a value of the wrong kind: {error}") from error
+        return cls(**model_fields(data, dict(zip(JSON_KEYS, PARAMETERS, strict=True))))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model as JSON, complete or not at all; floats read back exactly."""
@@ -373,10 +367,7 @@ class NoiseModel:
         ValueError
             If the file holds no noise model; the message names the file.
         """
-        try:
-            data = json.loads(Path(path).read_text(encoding="utf-8"))
-        except ValueError as error:
-            raise ValueError(f"{path} is no JSON; `baroarma identify --out` writes noise models") from error
+        data = read_object(path)
         try:
             return cls.from_dict(data)
         except ValueError as error:
@@ -396,21 +387,17 @@ class NoiseModel:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
+        from baroarma.notebook import about, styled, tables
         from baroarma.report import model_table
 
-        return model_table(self)
+        findings = about(self.verdict)
+        return styled(model_table(self)) + (tables(*findings) if findings else "")
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the power spectral density; see `baroarma.plotting.plot_noise_model`."""
+        """Draw spectrum and, without `ax`, Allan deviation; see `baroarma.plotting.plot_noise_model`."""
         from baroarma.plotting import plot_noise_model
 
         return plot_noise_model(self, ax)
-
-
-def _number(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{value!r} is not a number")
-    return float(value)
 
 
 def _gauss_markov(w: NDArray[np.float64], steps: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -13,6 +12,7 @@ from baroarma.imu_noise import ImuNoise
 from baroarma.noise_model import NoiseModel
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
 
 Signal = NDArray[np.float64]
@@ -104,12 +104,19 @@ class Prediction:
         return self.summary()
 
     def _repr_html_(self) -> str:
-        body = "".join(
-            f"<tr><td>{a}</td><td>{_cell(h)}</td><td>{_cell(v)}</td></tr>" for a, h, v in self.rows()
-        )
-        notes = "".join(f"<p>{escape(note)}</p>" for note in self.notes)
-        head = "<tr><th></th><th>height m</th><th>velocity m/s</th></tr>"
-        return f"<table><caption>{escape(self.preset)}</caption>{head}{body}</table>{notes}"
+        from baroarma.notebook import remarks, tables
+        from baroarma.page import Table
+
+        body = tuple((label, _cell(height), _cell(velocity)) for label, height, velocity in self.rows())
+        head = ("", "height (m)", "velocity (m/s)")
+        return tables(Table(head, body, f"{self.preset}: predicted errors"), *remarks(self.notes))
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the sds over time as a pandas DataFrame, a row per sample."""
+        import pandas as pd
+
+        columns = {"time_s": self.t, "height_sd_m": self.height_sd, "velocity_sd_m_s": self.velocity_sd}
+        return pd.DataFrame(columns)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON object of `baroarma predict`."""

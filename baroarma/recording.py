@@ -16,8 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from baroarma.atmosphere import pressure_altitude, temperature_factor
 from baroarma.finding import Finding
+from baroarma.read_only import read_only
 
 if TYPE_CHECKING:
+    import pandas as pd
+    import xarray
     from matplotlib.axes import Axes
 
 Signal = NDArray[np.float64]
@@ -156,7 +159,14 @@ class Recording:
         return relative_to(self, reference, lag=lag)
 
     def between(self, start: float, stop: float) -> Recording:
-        """Return the rows with start <= t < stop (s, on the recording's own clock)."""
+        """Return the rows with start <= t < stop (s, on the recording's own clock).
+
+        Examples
+        --------
+        >>> whole = Recording(t=[0.0, 1.0, 2.0, 3.0], pressure=[101325.0] * 4, name="ride")
+        >>> len(whole.between(1.0, 3.0))
+        2
+        """
         return self.rows((self.t >= start) & (self.t < stop))
 
     def rows(self, which: NDArray[Any] | slice) -> Recording:
@@ -173,8 +183,47 @@ class Recording:
             object.__setattr__(part, name, values)
         return part
 
+    def summary(self) -> str:
+        """Return what each sensor said, as text: samples, rate, range."""
+        from baroarma.signal_table import signal_rows
+
+        lines = [repr(self), f"  {'signal':26}{'samples':>9}  {'rate':10}  range"]
+        lines += [f"  {name:26}{n:>9}  {rate:10}  {span}" for name, n, rate, span in signal_rows(self)]
+        return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
+
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import about, tables
+        from baroarma.page import Table
+        from baroarma.signal_table import signal_rows
+
+        caption = f"{self.name or 'Recording'}: {len(self)} rows over {self.duration:.6g} s"
+        head = ("signal", "samples", "rate", "range")
+        return tables(Table(head, tuple(signal_rows(self)), caption), *about(self.notes))
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return a pandas DataFrame with the columns of a recording's file, a row per time."""
+        import pandas as pd
+
+        from baroarma.formats.columns import COLUMNS, WRITTEN
+
+        found = {name: (getattr(self, COLUMNS[name].field), COLUMNS[name].axis) for name in WRITTEN}
+        columns = {k: v if axis is None else v[:, axis] for k, (v, axis) in found.items() if v is not None}
+        return pd.DataFrame(columns)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return an xarray Dataset over time, units in the attributes; needs the extra ``xarray``."""
+        from baroarma.labelled import dataset
+
+        return dataset(self, findings=[str(note) for note in self.notes])
+
+    def noting(self, *findings: Finding) -> Recording:
+        """Return the recording with further notes; the signals are shared."""
+        other = copy(self)
+        object.__setattr__(other, "notes", (*self.notes, *findings))
+        return other
+
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the height over time; see `baroarma.plotting.plot_recording`."""
+        """Draw the height, and without `ax` all sensors; see `baroarma.plotting.plot_recording`."""
         from baroarma.plotting import plot_recording
 
         return plot_recording(self, ax)
@@ -184,10 +233,9 @@ _TAIL = {"accel": (3,), "gyro": (3,), "reference_attitude": (4,)}
 
 
 def _read_only(value: ArrayLike, shape: tuple[int, ...], name: str) -> Signal:
-    array = np.array(value, dtype=float)
+    array = read_only(value)
     if array.shape != shape:
         raise ValueError(f"{name} has shape {array.shape}; {shape} is needed, one row per time")
-    array.flags.writeable = False
     return array
 
 

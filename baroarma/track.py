@@ -12,10 +12,14 @@ from numpy.typing import NDArray
 
 from baroarma.atomic import replacing
 from baroarma.finding import Finding
+from baroarma.read_only import read_only
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray
     from matplotlib.axes import Axes
+
+    from baroarma.recording import Recording
 
 Signal = NDArray[np.float64]
 COLUMNS: Final = ("time_s", "height_m", "velocity_m_s", "height_sd_m", "velocity_sd_m_s")
@@ -54,6 +58,16 @@ class Track:
         Name of the recording.
     findings : tuple of Finding
         What to know before believing it.
+
+    Examples
+    --------
+    A tracker makes one; by hand it takes six columns:
+
+    >>> track = Track(*np.zeros((6, 3)), preset="mine", name="ride")
+    >>> track
+    <Track of 'ride' by mine: 3 rows, 0 to 0 m>
+    >>> track.to_frame().columns[1]
+    'height_m'
     """
 
     t: Signal
@@ -68,10 +82,9 @@ class Track:
 
     def __post_init__(self) -> None:
         for field in fields(self)[:6]:
-            array = np.array(getattr(self, field.name), dtype=float)
+            array = read_only(getattr(self, field.name))
             if array.shape != np.shape(self.t) or not np.isfinite(array).all():
                 raise ValueError(f"{field.name} of a track must be {np.shape(self.t)} finite numbers")
-            array.flags.writeable = False
             object.__setattr__(self, field.name, array)
 
     def __len__(self) -> int:
@@ -109,15 +122,30 @@ class Track:
 
     def summary(self) -> str:
         """Return the result in a few lines."""
+        from baroarma.climbing import climb
+
         lines = [
             repr(self),
             f"  ends at {self.height[-1]:.3f} m (sd {self.height_sd[-1]:.2g}), "
             f"{self.velocity[-1]:+.3f} m/s (sd {self.velocity_sd[-1]:.2g})",
+            f"  {climb(self).summary()}",
         ]
         return "\n".join([*lines, *(f"  {finding}" for finding in self.findings)])
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the height with its band; see `baroarma.plotting.plot_track`."""
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import about, tables
+        from baroarma.signal_table import track_table
+
+        return tables(track_table(self), *about(self.findings))
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return an xarray Dataset over time, units in the attributes; needs the extra ``xarray``."""
+        from baroarma.labelled import dataset
+
+        return dataset(self, preset=self.preset, findings=[str(finding) for finding in self.findings])
+
+    def plot(self, ax: Axes | None = None, *, reference: Recording | None = None) -> Axes:
+        """Draw height and, without `ax`, velocity with their bands; see `baroarma.plotting.plot_track`."""
         from baroarma.plotting import plot_track
 
-        return plot_track(self, ax)
+        return plot_track(self, ax, reference=reference)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from baroarma.imu_noise import ImuNoise
 from baroarma.noise_model import NoiseModel
@@ -20,6 +20,9 @@ from baroarma.predicted import Prediction
 from baroarma.prediction import predict_accuracy
 from baroarma.presets import find_preset
 from baroarma.recording import Recording
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 TIME_CONSTANTS: Final = (0.1, 100.0)
 """Shortest and longest time constant sqrt(sigma_v/sigma_w) searched, s."""
@@ -65,6 +68,26 @@ class Tuning:
 
     def __str__(self) -> str:
         return self.summary()
+
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import remarks, tables
+        from baroarma.page import Table
+
+        found = (("as the preset has it", self.before), ("tuned", self.after))
+        body = tuple((label, f"{p.height_rms:.4f}", f"{p.velocity_rms:.4f}") for label, p in found)
+        head = ("", "height rms (m)", "velocity rms (m/s)")
+        settings = tuple((name, f"{value:.6g}") for name, value in self.height_settings.items())
+        return tables(
+            Table(head, body, f"{self.preset}: tuned"),
+            *((Table(("setting", "value"), settings),) if settings else ()),
+            *remarks((*self.notes, *self.after.notes)),
+        )
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the sds over time, tuned and before; see `baroarma.plotting.plot_tuning`."""
+        from baroarma.plotting import plot_tuning
+
+        return plot_tuning(self, ax)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON object of `baroarma predict --tune`."""

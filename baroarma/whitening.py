@@ -140,15 +140,42 @@ class WhiteningFilter:
             "pole_hz": self.pole_hz,
         }
 
+    def summary(self) -> str:
+        """Return coefficients and price as text."""
+        return "\n".join([repr(self), *(f"  {name:16}{value}" for name, value in self._rows())])
+
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import tables
+        from baroarma.page import Table
+
+        caption = f"Whitening filter at {self.rate_hz:g} Hz"
+        return tables(Table(("what", "value"), tuple(self._rows()), caption))
+
+    def _rows(self) -> list[tuple[str, str]]:
+        rows = [(name, ", ".join(f"{c:.6g}" for c in getattr(self, name))) for name in ("b", "a")]
+        price = f"{self.dc_gain:.4g}: of a climb by 10 m, {10 * self.dc_gain:.3g} m are left"
+        rows += [("gain 1 at", f"{self.unity_gain_hz:g} Hz"), ("gain at DC", price)]
+        corners = (("zero", self.zero_hz), ("pole", self.pole_hz))
+        rows += [(name, f"{at:.4g} Hz") for name, at in corners if at is not None]
+        return [*rows, *((("note", self.note),) if self.note else ())]
+
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the magnitude response; see `baroarma.plotting.plot_whitening`."""
+        """Draw the gain and, without `ax`, the step response; see `baroarma.plotting.plot_whitening`."""
         from baroarma.plotting import plot_whitening
 
         return plot_whitening(self, ax)
 
 
 class WhiteningStream:
-    """Filter one sample at a time (direct form II transposed, as `lfilter` does)."""
+    """Filter one sample at a time (direct form II transposed, as `lfilter` does).
+
+    Examples
+    --------
+    >>> w = synthesise(tau_p=0.75, tau_o=0.145, rate_hz=50, unity_gain_hz=25)
+    >>> stream = w.stream()
+    >>> [round(stream.step(x), 6) for x in (1.0, 2.0)] == [round(float(y), 6) for y in w([1.0, 2.0])]
+    True
+    """
 
     def __init__(self, b: tuple[float, ...], a: tuple[float, ...]) -> None:
         order = max(len(a), len(b)) - 1
@@ -199,6 +226,14 @@ def synthesise(
     ------
     ValueError
         If the rate is not positive or the frequency lies outside 0 ... Nyquist.
+
+    Examples
+    --------
+    SG13's filter, from the time constants that follow from a = -0.86, b = -0.52 at 0.1 s:
+
+    >>> w = synthesise(tau_p=0.664286, tau_o=0.158333, rate_hz=50, unity_gain_hz=25)
+    >>> [round(c, 3) for c in (*w.b, *w.a)]
+    [0.955, -0.926, 1.0, -0.881]
     """
     if not (math.isfinite(rate_hz) and rate_hz > 0):
         raise ValueError(f"the rate must be a positive number of Hz, but it is {rate_hz:g}")

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,10 @@ from baroarma.identification.preprocessing import (
     new_samples,
     trimmed_mean,
 )
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
 
 Signal = NDArray[np.float64]
 LONG: Final = 1 << 17
@@ -177,11 +181,15 @@ def whiteness_of_windows(fits: WindowFits, lags: int = 20) -> tuple[Signal, Sign
     return bartlett, ljung
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class OrderTable:
     """Hold the fits of all orders up to (max_p, max_q), by order."""
 
     fits: dict[tuple[int, int], ArmaFit]
+
+    def __repr__(self) -> str:
+        best = ", ".join(f"{name.upper()} {self.best(name)}" for name in ("fpe", "aic", "bic"))
+        return f"<OrderTable of {len(self.fits)} ARMA orders, best by {best}>"
 
     def best(self, criterion: str = "fpe") -> tuple[int, int]:
         """Return the order with the smallest ``"fpe"``, ``"aic"`` or ``"bic"``."""
@@ -200,6 +208,29 @@ class OrderTable:
             end = "" if fit.converged else "   did not converge"
             lines.append(f"{order!s:8}{cells[0]:>13}{cells[1]:>12}{cells[2]:>12}{end}")
         return "\n".join(lines)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the table as a pandas DataFrame, a row per order."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            [
+                {"p": p, "q": q, "fpe_m2": f.fpe, "aic": f.aic, "bic": f.bic, "converged": f.converged}
+                for (p, q), f in self.fits.items()
+            ]
+        )
+
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import tables
+        from baroarma.page import Table
+
+        rows = []
+        for order, fit in self.fits.items():
+            cells = (("fpe", 6), ("aic", 2), ("bic", 2))
+            texts = [f"{getattr(fit, c):.{d}f}{' *' * (self.best(c) == order)}" for c, d in cells]
+            rows.append((str(order), *texts, "" if fit.converged else "did not converge"))
+        head = ("order (p, q)", "FPE (m²)", "AIC", "BIC", "")
+        return tables(Table(head, tuple(rows), "ARMA orders; * smallest of its column"))
 
 
 def order_table(y: ArrayLike, dt: float, max_p: int = 3, max_q: int = 3) -> OrderTable:
@@ -341,11 +372,14 @@ class AveragingRow:
     """Fraction of windows whose coefficients are no Gauss-Markov plus white noise."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class AveragingStudy:
     """Hold what averages of growing length do to the noise [SG13, Fig. 5]."""
 
     rows: tuple[AveragingRow, ...]
+
+    def __repr__(self) -> str:
+        return f"<AveragingStudy of M = {', '.join(str(row.average) for row in self.rows)} samples>"
 
     def summary(self) -> str:
         """Return a table with one row per length M."""
@@ -359,6 +393,54 @@ class AveragingStudy:
             for r in self.rows
         ]
         return "\n".join(lines)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the table as a pandas DataFrame, a row per length."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            [
+                {
+                    "average": r.average,
+                    "total_sd_m": r.total_sd.mean,
+                    "correlated_sd_m": r.correlated_sd.mean,
+                    "white_sd_m": r.white_sd.mean,
+                    "theory_white_sd_m": r.theory_white_sd,
+                    "bartlett_failures": r.bartlett_failures,
+                    "ljung_box_failures": r.ljung_box_failures,
+                    "outside": r.outside,
+                }
+                for r in self.rows
+            ]
+        )
+
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import tables
+        from baroarma.page import Table
+
+        rows = []
+        for r in self.rows:
+            sds = (r.total_sd.mean, r.correlated_sd.mean, r.white_sd.mean, r.theory_white_sd)
+            shares = (r.bartlett_failures, r.ljung_box_failures, r.outside)
+            cells = ("–" if sd != sd else f"{sd:.3f}" for sd in sds)
+            rows.append((str(r.average), *cells, *(f"{share:.0%}" for share in shares)))
+        head = (
+            "M",
+            "total sd (m)",
+            "Gauss-Markov sd (m)",
+            "white sd (m)",
+            "white by 1/√M (m)",
+            "Bartlett rejects",
+            "Ljung-Box rejects",
+            "outside",
+        )
+        return tables(Table(head, tuple(rows), "Averages of M samples; shares of windows"))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the sds over the length; see `baroarma.plotting.plot_averaging`."""
+        from baroarma.plotting import plot_averaging
+
+        return plot_averaging(self, ax)
 
 
 def _cell(found: Trimmed) -> str:

@@ -97,6 +97,16 @@ def pool(models: Sequence[NoiseModel]) -> NoiseModel:
     ------
     ValueError
         If there is no model, or one has no intervals.
+
+    Examples
+    --------
+    >>> sure = {"correlated_sd": (0.26, 0.28), "correlation_time": (0.7, 0.8), "drift_rate": (0.0, 0.01)}
+    >>> nights = [
+    ...     NoiseModel(0.27, 0.75, sd, rate_hz=50, ci95={**sure, "white_sd": (sd - 0.01, sd + 0.01)})
+    ...     for sd in (0.45, 0.47)
+    ... ]
+    >>> round(pool(nights).white_sd, 2)
+    0.46
     """
     if not models:
         raise ValueError("there is no model to pool; give at least one")

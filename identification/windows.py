@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +33,10 @@ from baroarma.identification.preprocessing import (
     trimmed_mean,
 )
 from baroarma.noise_model import Interval, NoiseModel
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 _QUANTITIES = {
     "correlation_time": "s",
@@ -176,6 +180,41 @@ class WindowsResult:
             f"Bartlett {np.sum(self.bartlett_p < 0.05)}, Ljung-Box {np.sum(self.ljung_box_p < 0.05)}"
         )
         return "\n".join(lines + [f"  {finding}" for finding in self.findings])
+
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import about, number, tables
+        from baroarma.page import Table
+
+        rows = [
+            (name.replace("_", " "), f"{number(v.mean)} {unit}", f"{number(v.sd, 2)} {unit}", str(v.n))
+            for name, unit in _QUANTITIES.items()
+            for v in (self.table[name],)
+        ]
+        caption = (
+            f"{len(self)} windows of {self.settings.window} samples at {self.dt:.4g} s ({self.split} split)"
+        )
+        head = ("quantity", "trimmed mean", "SD", "windows")
+        return tables(Table(head, tuple(rows), caption), *about(self.findings))
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return a pandas DataFrame with a row per window; a component it doesn't have is NaN."""
+        import pandas as pd
+
+        columns = {f"{name}_{unit}" if unit else name: name for name, unit in _QUANTITIES.items()}
+        return pd.DataFrame(
+            {
+                "start_s": self.start,
+                **{column: getattr(self.fits, name) for column, name in columns.items()},
+                "bartlett_p": self.bartlett_p,
+                "ljung_box_p": self.ljung_box_p,
+            }
+        )
+
+    def plot(self) -> Figure:
+        """Draw the components over the windows; see `baroarma.plotting.plot_windows`."""
+        from baroarma.plotting import plot_windows
+
+        return plot_windows(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain JSON values, null where there is none."""

@@ -6,9 +6,13 @@ import textwrap
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from baroarma.experiments.significance import asterisks
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class Row:
     verdict: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """Hold the table of one experiment.
 
@@ -69,9 +73,37 @@ class Result:
             "rows": [asdict(row) for row in self.rows],
         }
 
+    def __repr__(self) -> str:
+        return f"<Result of {self.experiment}: {self.tally()}>"
+
     def tally(self) -> str:
         """Count the verdicts in a sentence."""
         return tally([self])
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the table as a pandas DataFrame, a row per number; what there isn't is NaN."""
+        import pandas as pd
+
+        numbers = dict.fromkeys(("published", "published_sd", "reproduced", "reproduced_sd"), float)
+        return pd.DataFrame([asdict(row) for row in self.rows]).astype(numbers)
+
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import remarks, tables
+        from baroarma.page import Table
+
+        rows, reasons = self.cells()
+        numbered = tuple((f"[{i}]", why) for i, why in enumerate(reasons, 1))
+        return tables(
+            Table(HEAD, tuple(rows), f"{self.experiment}: {self.title}. {self.tally()}"),
+            *((Table(("", "why it differs"), numbered),) if numbered else ()),
+            *remarks((*self.assumptions, *self.notes)),
+        )
+
+    def plot(self) -> Figure:
+        """Draw published beside reproduced numbers; see `baroarma.plotting.plot_result`."""
+        from baroarma.plotting import plot_result
+
+        return plot_result(self)
 
     def cells(self) -> tuple[list[tuple[str, ...]], list[str]]:
         """Return the table's cells as text, and the reasons that its verdicts refer to by number."""

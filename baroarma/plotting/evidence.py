@@ -19,12 +19,13 @@ from baroarma.noise_model import PARAMETERS, NoiseModel
 from baroarma.plotting.canvas import (
     BAND,
     DATA,
+    DRIFT,
     MODEL,
     axes_or_new,
     envelope,
     finish,
     ink,
-    logarithmic,
+    new_figure,
     printable,
 )
 from baroarma.plotting.estimates import (
@@ -33,7 +34,8 @@ from baroarma.plotting.estimates import (
     spectrum,
     without_levels,
 )
-from baroarma.plotting.values import draw_density, plot_whitening, terms
+from baroarma.plotting.filters import plot_whitening
+from baroarma.plotting.values import draw_allan, draw_density
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,7 +75,7 @@ def plot_record(found: Identification, ax: Axes | None = None) -> Axes:
         return finish(ax, "Record: not one pressure sample", "time (s)", "height (m)")
     height = height - np.median(height)
     ax.plot(*envelope(t, height), color=DATA, linewidth=0.6, alpha=0.75, label="samples")
-    ax.plot(*envelope(*_ten_second_means(t, height)), color=MODEL, linewidth=1.5, label="10 s means")
+    ax.plot(*envelope(*_ten_second_means(t, height)), color=DRIFT, linewidth=1.8, label="10 s means")
     title = "Record: at rest, the means wander slowly"
     if found.model is None:
         title = "Record: no noise model, see the verdict"
@@ -148,6 +150,15 @@ def plot_psd(found: Identification, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> from baroarma.identification import identify
+    >>> from baroarma.simulation import simulate_rest
+    >>> plot_psd(identify(simulate_rest(60, seed=1))).get_xlabel()
+    'frequency (Hz)'
+    >>> plt.close("all")
     """
     model = _model(found)
     data = spectrum(*found.samples())
@@ -191,12 +202,8 @@ def plot_allan(found: Identification, ax: Axes | None = None) -> Axes:
         dots: dict[str, Any] = {"fmt": "o", "color": DATA, "markersize": 4, "capsize": 2}
         ax.errorbar(data.tau, data.deviation, bars, label="data, 95 %", **dots)
     low, high = allan_band(model, tau)
-    ax.plot(tau, model.allan_deviation(tau), color=MODEL, linewidth=2, label="model")
     ax.fill_between(tau, low, high, color=MODEL, label="model, 95 %", **BAND)
-    for label, one, dashes in terms(model):
-        ax.plot(tau, one.allan_deviation(tau), linewidth=1.3, label=label, **dashes)
-    ax.set_ylim(bottom=0.5 * float(low.min()))
-    logarithmic(ax)
+    draw_allan(model, tau, ax)
     return finish(ax, title, "averaging time (s)", "Allan deviation of height (m)", columns=3)
 
 
@@ -284,10 +291,7 @@ def plot_identification(found: Identification, figure: Figure | None = None) -> 
     6
     """
     if figure is None:
-        import matplotlib.pyplot as plt
-
-        size = (8.0, 4.0) if found.model is None else (15.0, 8.0)
-        figure = plt.figure(figsize=size, layout="constrained")
+        figure = new_figure(8, 4) if found.model is None else new_figure(15, 8)
     name = printable(found.recording.name)
     if found.model is None:
         plot_record(found, figure.subplots())

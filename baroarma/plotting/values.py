@@ -1,25 +1,28 @@
-"""Plots of the values that flow: a recording, a noise model, a whitening filter."""
+"""Plots of a recording and of a noise model with its terms."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from baroarma.plotting.canvas import (
+    COLOURS,
     DATA,
     DRIFT,
     GAUSS_MARKOV,
-    MARK,
     MODEL,
+    STYLES,
     WHITE,
     axes_or_new,
     envelope,
     finish,
     logarithmic,
+    new_figure,
     printable,
+    truth,
 )
 
 if TYPE_CHECKING:
@@ -27,7 +30,6 @@ if TYPE_CHECKING:
 
     from baroarma.noise_model import NoiseModel
     from baroarma.recording import Recording
-    from baroarma.whitening import WhiteningFilter
 
 
 def plot_recording(recording: Recording, ax: Axes | None = None) -> Axes:
@@ -38,11 +40,12 @@ def plot_recording(recording: Recording, ax: Axes | None = None) -> Axes:
     recording : Recording
         Long ones are drawn by their envelope.
     ax : matplotlib.axes.Axes, optional
-        Where to draw; default: a new figure.
+        Where to draw the height; default: a new figure, in which the other sensors stand below it.
 
     Returns
     -------
     matplotlib.axes.Axes
+        That of the height.
 
     Examples
     --------
@@ -50,18 +53,47 @@ def plot_recording(recording: Recording, ax: Axes | None = None) -> Axes:
     >>> plot_recording(simulate_rest(10, seed=1)).get_ylabel()
     'height (m)'
     """
-    ax = axes_or_new(ax)
+    others = [] if ax else [s for s in SENSORS if getattr(recording, s) is not None]
+    if ax is None:
+        rows = 1 + len(others)
+        figure = new_figure(8, 1.8 + 1.8 * rows)
+        ax, *below = figure.subplots(
+            rows, 1, sharex=True, squeeze=False, height_ratios=[2] + [1] * len(others)
+        )[:, 0]
+        for name, panel in zip(others, below, strict=True):
+            _draw_sensor(recording, name, panel)
+        if below:
+            below[-1].set_xlabel("time (s)")
     thin: dict[str, Any] = {"color": DATA, "linewidth": 0.8}
     drawn = [("barometer", recording.height(), thin)]
     if recording.reference is not None:
-        drawn.append(("reference", recording.reference, {"color": MODEL, "linewidth": 1.5}))
+        in_front = {"alpha": 0.9, "linewidth": 1.5, "zorder": 2.5}  # the barometer's noise would hide it
+        drawn.append(("reference", recording.reference, {**truth(), **in_front}))
     for label, height, style in drawn:
         there = np.isfinite(height)
         t, height = recording.t[there], height[there]
         if len(t):
-            ax.plot(*envelope(t, height - height[t < t[0] + 1].mean()), label=label, **style)
+            ax.plot(*envelope(t, height - height[t < t[0] + 1].mean()), **{"label": label, **style})
     title = f"{printable(recording.name)}: height above the first second".removeprefix(": ")
-    return finish(ax, title, "time (s)", "height (m)", columns=2 if len(drawn) > 1 else 0)
+    return finish(ax, title, "" if others else "time (s)", "height (m)", columns=2 if len(drawn) > 1 else 0)
+
+
+SENSORS: Final = {
+    "accel": ("Accelerometer", "force (m/s²)", "xyz"),
+    "gyro": ("Gyro", "rate (rad/s)", "xyz"),
+    "temperature": ("Temperature of the sensor", "(°C)", ""),
+}
+"""What stands below the height: title, label of the axis, components."""
+
+
+def _draw_sensor(recording: Recording, name: str, ax: Axes) -> None:
+    title, y, axes = SENSORS[name]
+    columns = getattr(recording, name).reshape(len(recording), -1)
+    for i in range(columns.shape[1]):
+        there = np.isfinite(columns[:, i])
+        t, values = envelope(recording.t[there], columns[there, i])
+        ax.plot(t, values, linewidth=0.8, color=COLOURS[i], linestyle=STYLES[i], label=axes[i : i + 1])
+    finish(ax, title, "", y, columns=len(axes))
 
 
 def plot_noise_model(model: NoiseModel, ax: Axes | None = None) -> Axes:
@@ -72,11 +104,12 @@ def plot_noise_model(model: NoiseModel, ax: Axes | None = None) -> Axes:
     model : NoiseModel
         The frequencies reach from far below its corner to Nyquist.
     ax : matplotlib.axes.Axes, optional
-        Where to draw; default: a new figure.
+        Where to draw; default: a new figure, in which the Allan deviation stands beside it.
 
     Returns
     -------
     matplotlib.axes.Axes
+        That of the density.
 
     Examples
     --------
@@ -85,7 +118,9 @@ def plot_noise_model(model: NoiseModel, ax: Axes | None = None) -> Axes:
     >>> [line.get_label() for line in ax.get_lines()]
     ['model', 'white', 'Gauss-Markov']
     """
-    ax = axes_or_new(ax)
+    if ax is None:
+        ax, beside = new_figure(10, 4.2).subplots(1, 2)
+        plot_model_allan(model, beside)
     corner = 1 / (2 * np.pi * model.correlation_time) if model.has_gauss_markov else model.rate_hz / 2
     frequency = np.geomspace(min(1e-2 * corner, 1e-3 * model.rate_hz), model.rate_hz / 2, 300)
     draw_density(model, frequency, ax)
@@ -98,48 +133,25 @@ def plot_noise_model(model: NoiseModel, ax: Axes | None = None) -> Axes:
     )
 
 
-def plot_whitening(whitening: WhiteningFilter, ax: Axes | None = None) -> Axes:
-    """Draw the gain over frequency with zero, pole, the frequency of unity gain and the gain at DC.
+def plot_model_allan(model: NoiseModel, ax: Axes | None = None) -> Axes:
+    """Draw the Allan deviation of height that the model and each of its terms have.
 
     Parameters
     ----------
-    whitening : WhiteningFilter
-        The filter.
+    model : NoiseModel
+        Averaging times reach from a sample to well beyond the correlation time.
     ax : matplotlib.axes.Axes, optional
         Where to draw; default: a new figure.
 
     Returns
     -------
     matplotlib.axes.Axes
-
-    Examples
-    --------
-    >>> from baroarma import ArmaModel
-    >>> arma = ArmaModel(ar=(-0.86,), ma=(-0.52,), sd=0.2746, dt=0.1)
-    >>> ax = plot_whitening(arma.whitening_filter(rate_hz=50, unity_gain_hz=25))
-    >>> ax.get_legend_handles_labels()[1][:2]
-    ['DC: steady height × 0.238', 'zero 0.24 Hz']
     """
     ax = axes_or_new(ax)
-    nyquist = whitening.rate_hz / 2
-    corners = [f for f in (whitening.zero_hz, whitening.pole_hz) if f] or [nyquist]
-    frequency = np.geomspace(min(0.03 * min(corners), 1e-2 * nyquist), nyquist, 300)
-    ax.plot(frequency, _decibel(whitening.response(frequency)), color=MODEL, linewidth=2)
-    dc = whitening.dc_gain
-    ax.axhline(_decibel(dc), color=DRIFT, linestyle="--", label=f"DC: steady height × {dc:.3g}")
-    for name, at, dashes in (("zero", whitening.zero_hz, ":"), ("pole", whitening.pole_hz, "-.")):
-        if at is not None:
-            ax.axvline(at, color=GAUSS_MARKOV, linestyle=dashes, label=f"{name} {at:.3g} Hz")
-    unity = max(whitening.unity_gain_hz, frequency[0])
-    unity_label = f"unity gain at {whitening.unity_gain_hz:.3g} Hz"
-    ax.plot(unity, 0.0, "o", color=MARK, label=unity_label, clip_on=False, zorder=3)
-    logarithmic(ax, "x")
-    ax.margins(y=0.08)
-    title = "Whitening filter: what it keeps of each frequency"
-    if whitening.zero_hz is None:
-        ax.set_ylim(-6, 6)
-        title = "Whitening filter: 1, there is nothing to whiten"
-    return finish(ax, title, "frequency (Hz)", "gain (dB)", columns=2)
+    tau = np.geomspace(1 / model.rate_hz, max(1e4 / model.rate_hz, 100 * model.correlation_time), 200)
+    draw_allan(model, tau, ax)
+    title = "Allan deviation: what is left after averaging"
+    return finish(ax, title, "averaging time (s)", "Allan deviation of height (m)", columns=4)
 
 
 def terms(model: NoiseModel) -> Iterator[tuple[str, NoiseModel, dict[str, Any]]]:
@@ -168,5 +180,12 @@ def draw_density(model: NoiseModel, frequency: Any, ax: Axes) -> None:
     logarithmic(ax)
 
 
-def _decibel(gain: Any) -> Any:
-    return 20 * np.log10(np.abs(gain))
+def draw_allan(model: NoiseModel, tau: Any, ax: Axes) -> None:
+    """Draw the model's Allan deviation and that of its terms at given averaging times, likewise."""
+    total = model.allan_deviation(tau)
+    ax.plot(tau, total, color=MODEL, linewidth=2, label="model", zorder=2.5)
+    for label, one, style in terms(model):
+        ax.plot(tau, one.allan_deviation(tau), linewidth=1.3, label=label, **style)
+    if total.min() > 0:
+        ax.set_ylim(bottom=0.5 * total.min())
+    logarithmic(ax)

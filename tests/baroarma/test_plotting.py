@@ -12,11 +12,16 @@ from statsmodels.tsa.stattools import acovf
 import baroarma as ba
 from baroarma import plotting
 from baroarma.atmosphere import altitude_pressure
+from baroarma.estimators.calibration import Calibration
+from baroarma.experiments.result import Result, Row
 from baroarma.identification.diagnostics import cumulative_periodogram_test
+from baroarma.identification.windows import identify_windows
+from baroarma.plotting import canvas
 from baroarma.plotting.canvas import envelope, svg
 from baroarma.plotting.estimates import autocovariance, cumulative_periodogram, spectrum, without_levels
 from baroarma.plotting.evidence import SIMULATIONS, acf_of_data_and_model, allan_band
 from baroarma.simulation import simulate, simulate_rest
+from baroarma.track import Track
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
@@ -51,6 +56,13 @@ def test_an_envelope_keeps_the_extremes_and_thins_the_rest():
     assert len(thin) == 1000
     assert (thin.min(), thin.max()) == (y.min(), y.max())
     assert np.all(np.diff(t) >= 0)
+
+
+def test_an_enlargeable_picture_keeps_more_detail_and_only_that_one():
+    y = np.random.default_rng(0).normal(size=10_000)
+    with canvas.detailed(2000):
+        assert len(envelope(np.arange(10_000.0), y)[1]) == 4000
+    assert len(envelope(np.arange(10_000.0), y)[1]) == 2 * canvas.STILL
 
 
 def test_a_gap_interrupts_the_line():
@@ -161,12 +173,50 @@ def test_every_plot_returns_its_axes_with_units(found):
         assert ax.get_title(loc="left")
 
 
-def test_a_plot_draws_into_the_given_axes_and_keeps_the_style(found):
-    before = dict(mpl.rcParams)
-    ax = plt.figure().subplots()
-    assert plotting.plot_psd(found, ax) is ax
+def arguments(found):
+    """What each plot of one object is given, by the plot's name; those not here take no axes of ours."""
+    model, t = found.model, np.arange(0, 9, 0.02)
+    one = np.ones(len(t))
+    row = Row("walk", "height RMSE (m)", 0.4, 0.15, 0.37, 0.12, 10, "")
+    three = (0.1, 0.2, 0.3)
+    tuned = ba.tune("sg14-a", model, duration=5.0)
+    return {
+        **dict.fromkeys(("record", "acf", "psd", "allan", "residuals", "identification"), found),
+        **dict.fromkeys(("noise_model", "model_allan"), model),
+        **dict.fromkeys(("whitening", "step_response"), model.whitening_filter()),
+        "recording": found.recording,
+        "arma": model.arma(0.1),
+        "track": Track(t, one, one, one, one, one),
+        "prediction": tuned.before,
+        "tuning": tuned,
+        "averaging": found.averaging_study(),
+        "windows": identify_windows(*found.samples()),
+        "calibration": Calibration(three, three, three, three, three, three, 8, 0.02),
+        "result": Result("sg14-table-2", "walks", (), (row,)),
+    }
+
+
+def test_every_plot_draws_where_it_is_told_and_leaves_style_and_other_figures_alone(found):
+    given = arguments(found)
+    others = {"comparison", "traces", "errors", "climb", "warm_up"}  # they have tests of their own
+    assert {f"plot_{name}" for name in {*given, *others}} >= set(plotting.__all__)
+    before, first = dict(mpl.rcParams), plt.figure()
+    for name, value in given.items():
+        plot = getattr(plotting, f"plot_{name}")
+        of_figure = name in ("identification", "windows", "calibration", "result")
+        target = plt.figure() if of_figure else plt.figure().subplots()
+        opened = plt.get_fignums()
+        assert plot(value, target) is target
+        assert plt.get_fignums() == opened
+        made = plot(value)
+        assert plt.get_fignums() == [*opened, opened[-1] + 1]
+        for ax in (made if of_figure else made.figure).axes:
+            assert any(one.get_xlabel() for one in ax.get_shared_x_axes().get_siblings(ax)), name
+            assert ax.get_ylabel() or ax.get_yticklabels()[0].get_text().isalpha(), name
+        plt.close(target if of_figure else target.figure)
+        plt.close(made if of_figure else made.figure)
     svg(lambda ax: plotting.plot_record(found, ax), "one")
-    assert len(plt.get_fignums()) == 1
+    assert plt.fignum_exists(first.number)
     assert dict(mpl.rcParams) == before
 
 

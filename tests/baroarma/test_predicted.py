@@ -17,6 +17,6 @@ def test_the_result_tells_its_story():
     ]  # fmt: skip
     assert f"{found.velocity_sd[500]:.4f}" in lines[4]
     assert lines[8].split()[-2:] == ["-", f"{found.steady_velocity_sd:.4f}"]
-    assert f"<td>{found.height_rms:.4f}</td>" in found._repr_html_()
+    assert f">{found.height_rms:.4f}</td>" in found._repr_html_()
     assert not found.height_sd.flags.writeable
     assert found.to_dict()["velocity_sd_m_s"] == found.velocity_sd.tolist()
