@@ -10,23 +10,29 @@ The names below are loaded when they are first used, so that importing the packa
 
 from __future__ import annotations
 
+import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from baroarma.arma import ArmaModel as ArmaModel
     from baroarma.barometer_lag import estimate_barometer_lag as estimate_barometer_lag
+    from baroarma.climbing import climb as climb
     from baroarma.comparison import compare as compare
     from baroarma.finding import Finding as Finding
     from baroarma.formats import read as read
     from baroarma.identification import Identification as Identification
     from baroarma.identification import identify as identify
+    from baroarma.identification import warm_up as warm_up
     from baroarma.imu_noise import ImuNoise as ImuNoise
+    from baroarma.local_gravity import gravity as gravity
     from baroarma.many import compare_many as compare_many
     from baroarma.many import identify_many as identify_many
     from baroarma.noise_model import NoiseModel as NoiseModel
     from baroarma.prediction import predict_accuracy as predict_accuracy
     from baroarma.recording import Recording as Recording
+    from baroarma.sensor_table import compare_with_sensors as compare_with_sensors
+    from baroarma.sensor_table import sensors as sensors
     from baroarma.track import Track as Track
     from baroarma.tracker import Tracker as Tracker
     from baroarma.tuning import tune as tune
@@ -44,16 +50,22 @@ _HOME = {
     "Track": "baroarma.track",
     "Tracker": "baroarma.tracker",
     "WhiteningFilter": "baroarma.whitening",
+    "climb": "baroarma.climbing",
     "compare": "baroarma.comparison",
     "compare_many": "baroarma.many",
+    "compare_with_sensors": "baroarma.sensor_table",
     "estimate_barometer_lag": "baroarma.barometer_lag",
+    "gravity": "baroarma.local_gravity",
     "identify": "baroarma.identification",
     "identify_many": "baroarma.many",
     "predict_accuracy": "baroarma.prediction",
     "read": "baroarma.formats",
+    "sensors": "baroarma.sensor_table",
     "tune": "baroarma.tuning",
+    "warm_up": "baroarma.identification",
 }
 __all__ = sorted(_HOME)
+logging.getLogger(__name__).addHandler(logging.NullHandler())  # silent, unless the program listens
 
 
 def __getattr__(name: str) -> Any:
