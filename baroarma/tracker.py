@@ -237,9 +237,8 @@ class Tracker:
         altitude, self._until = part.height(), float(part.t[-1])
         columns = np.empty((5, len(part)))
         self._chain.run(part, altitude, dt, columns)
-        columns.flags.writeable = False
         findings = self._watched(part.t, columns[0], altitude)
-        return Track(part.t, *columns, preset=self.settings.name, name=part.name, findings=findings)
+        return _track(part, columns, self.settings.name, findings)
 
     def smooth(self, recording: Recording, *, lag: float = math.inf) -> Track:
         """Track a whole recording, each row with the help of what came after it.
@@ -297,14 +296,13 @@ class Tracker:
         columns = np.zeros((5, len(t)))
         self._chain.run(recording.rows(slice(start, None)), altitude[start:], dt, columns[:, start:], lag=lag)
         columns[2:4, :start] = columns[2:4, start, None]
-        columns.flags.writeable = False
         logger.info("tracked %r by %r, aligned over the first %d rows", recording, self, start)
         findings = track_findings(recording, self.settings, self.noise, self._chain, aligned_over=ALIGNMENT)
         name = self.settings.name if lag is None else f"{self.settings.name}, smoothed"
         drift_rate = (self.noise or DEFAULT_NOISE).drift_rate
         self._divergence = Divergence(float(t[0]), self._chain, drift_rate=drift_rate)
         findings = (*findings, *self._watched(t, columns[0], altitude))
-        return Track(t, *columns, preset=name, name=recording.name, findings=findings)
+        return _track(recording, columns, name, findings)
 
     def _watched(self, t: Signal, height: Signal, altitude: Signal) -> tuple[Finding, ...]:
         """Return what is known by now about the track's distance from the barometer."""
@@ -453,6 +451,14 @@ def _settings(base: Preset, chosen: Preset, kind: str) -> dict[str, Any]:
     if getattr(base, kind) != getattr(chosen, kind):
         return {}
     return {name: constant.value for name, constant in getattr(base, f"{kind}_settings").items()}
+
+
+def _track(recording: Recording, columns: Signal, preset: str, findings: tuple[Finding, ...]) -> Track:
+    """Return the track of what `Chain.run` filled, (5, n), which nobody writes any more."""
+    columns.flags.writeable = False
+    height, velocity, height_sd, velocity_sd, acceleration = columns
+    signals = height, velocity, height_sd, velocity_sd, acceleration
+    return Track(recording.t, *signals, preset=preset, name=recording.name, findings=findings)
 
 
 def _vector(name: str, value: ArrayLike | None) -> Signal:

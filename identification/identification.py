@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from textwrap import indent
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 
     from baroarma.identification.allan import AllanDeviation
 
+logger = logging.getLogger(__name__)
 Method = Literal["structural", "windows"]
 
 
@@ -187,9 +189,10 @@ class Identification:
         }
 
     def _repr_html_(self) -> str:
+        from baroarma.notebook import styled
         from baroarma.report import identification_table
 
-        return identification_table(self)
+        return styled(identification_table(self))
 
     def plot(self) -> Figure:
         """Draw record, autocorrelation, spectrum and Allan deviation; see `baroarma.plotting`."""
@@ -262,6 +265,9 @@ def identify(
     if split not in ("exact", "bilinear"):
         raise ValueError(f"split {split!r} is unknown; choose 'exact' or 'bilinear'")
     verdict = judge_recording(rest)
+    logger.info(
+        "judged %s: %s", rest.name, ", ".join(finding.code for finding in verdict) or "fit for a model"
+    )
     if any(finding.severity == "error" for finding in verdict):
         return Identification(rest, None, verdict, method, temperature=temperature)
     if method == "windows":
@@ -283,6 +289,7 @@ def _structurally(
         fits = [fit]
         if "gm" in terms:
             fits.append(fit_second_gauss_markov(problem, fit))
+    logger.info("chose %s of %s", "+".join(fit.terms), ", ".join("+".join(other.terms) for other in fits))
     residuals = problem.innovations(fit.theta)
     white_sd, drift_rate, correlated_sd, correlation_time = [*map(float, fit.theta), 0.0, 0.0][:4]
     model = NoiseModel(
@@ -317,10 +324,12 @@ def _by_windows(
     settings = settings or WindowSettings.for_rate(rest.rate_hz)
     try:
         windows = identify_windows(t, height, settings, split=split)
+        model = windows.to_noise_model()
+        if not (model.white_sd or model.has_gauss_markov):
+            raise ValueError(f"detrending over {settings.detrend_s:g} s leaves nothing; log faster than that")
     except ValueError as error:
         failed = Finding("too-short", "error", f"The windows method found no model: {error}.")
         return Identification(rest, None, (*verdict, failed), "windows", temperature=temperature)
-    model = windows.to_noise_model()
     theta = [model.white_sd, 0.0]
     if model.has_gauss_markov:
         theta += [model.correlated_sd, model.correlation_time]

@@ -13,12 +13,16 @@ from baroarma.cli.common import (
     print_json,
     read_recordings,
     recordings_argument,
-    say,
+    same_recordings,
     write_text,
 )
+from baroarma.cli.loudness import say, say_next
 
 
-@click.command(short_help="Calibrate accelerometer and gyro in the field.")
+@click.command(
+    short_help="Calibrate accelerometer and gyro in the field.",
+    epilog="Example:  baroarma calibrate tumble.csv --out calibration.json",
+)
 @recordings_argument
 @click.option("--out", type=OutputFile(), help="Write the calibration as JSON here.")
 @json_option
@@ -50,5 +54,9 @@ def calibrate(
         say(f"calibration: {out}")
     if as_json:
         print_json(found.to_dict())
+        return
+    click.echo(found.summary())
+    if out:
+        say("next: in Python, baroarma.estimators.calibration.calibrate(rests).apply(recording)")
     else:
-        click.echo(found.summary())
+        say_next("calibrate", *same_recordings(files, mapping, start, stop), "--out", "calibration.json")

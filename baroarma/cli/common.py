@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cache
@@ -15,6 +14,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from baroarma.atomic import replacing
+from baroarma.cli.loudness import is_watched, say
+from baroarma.cli.names import InputFile
 
 if TYPE_CHECKING:
     from baroarma.recording import Recording
@@ -51,8 +52,8 @@ def json_option(command: F) -> F:
 def recordings_argument(command: F) -> F:
     """Add the files, ``--map``, ``--start`` and ``--stop``."""
     for decorate in (
-        click.option("--stop", type=float, metavar="S", help="Use the rows before this time."),
-        click.option("--start", type=float, metavar="S", help="Use the rows from this time on."),
+        click.option("--stop", type=float, metavar="S", help="Use the rows before this time, in s."),
+        click.option("--start", type=float, metavar="S", help="Use the rows from this time on, in s."),
         click.option(
             "--map",
             "mapping",
@@ -60,10 +61,22 @@ def recordings_argument(command: F) -> F:
             metavar="COLUMN=NAME",
             help="Say what the file calls a column, such as pressure_pa=BaroPress (repeatable).",
         ),
-        click.argument("files", nargs=-1, required=True, metavar="RECORDING..."),
+        click.argument("files", nargs=-1, required=True, type=InputFile(), metavar="RECORDING..."),
     ):
         command = decorate(command)
     return command
+
+
+def noise_option(*, is_required: bool = False) -> Callable[[F], F]:
+    """Add ``--noise``."""
+    return click.option(
+        "--noise",
+        "noise_file",
+        type=InputFile(),
+        required=is_required,
+        metavar="N.json",
+        help="Noise model that `baroarma identify` wrote.",
+    )
 
 
 def read_recordings(
@@ -83,6 +96,16 @@ def read_recordings(
     return cut
 
 
+def same_recordings(
+    files: Sequence[str], mapping: Sequence[str], start: float | None, stop: float | None
+) -> list[str]:
+    """Return the words that ask another command for the same recordings."""
+    words = [*files, *(word for pair in mapping for word in ("--map", pair))]
+    for option, seconds in (("--start", start), ("--stop", stop)):
+        words += [] if seconds is None else [option, repr(seconds)]
+    return words
+
+
 def span(start: float | None, stop: float | None) -> tuple[float, float]:
     """Return ``--start`` and ``--stop`` as times, in s."""
     return -math.inf if start is None else start, math.inf if stop is None else stop
@@ -99,14 +122,9 @@ def print_json(value: object) -> None:
     click.echo(json.dumps(value, indent=2, allow_nan=False))
 
 
-def say(message: str) -> None:
-    """Tell the user something that is not the result."""
-    click.echo(message, err=True)
-
-
 def with_progress(items: Iterable[T], total: int, what: str) -> Iterator[T]:
     """Iterate with a progress bar on stderr, or a line for one item, if there is a terminal to see it."""
-    if total < 2 or not sys.stderr.isatty():
+    if total < 2 or not is_watched():
         with busy(what):
             yield from items
         return
@@ -121,7 +139,7 @@ def with_progress(items: Iterable[T], total: int, what: str) -> Iterator[T]:
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
     """Give a function of how much is done, and how much there is, which shows it on a terminal's stderr."""
-    if not sys.stderr.isatty():
+    if not is_watched():
         yield lambda done, total: None
         return
     from rich.console import Console
@@ -158,12 +176,14 @@ def announce_compiling() -> object:
 def jobs_option(command: F) -> F:
     """Add ``--jobs``."""
     text = "Processes that share several recordings."
-    return click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help=text)(command)
+    return click.option(
+        "--jobs", type=click.IntRange(1), default=1, show_default=True, metavar="N", help=text
+    )(command)
 
 
 def busy(what: str) -> AbstractContextManager[object]:
     """Show on stderr what takes a while, until it is done, if there is a terminal to see it."""
-    if not sys.stderr.isatty():
+    if not is_watched():
         return nullcontext()
     from rich.console import Console
     from rich.markup import escape

@@ -12,19 +12,27 @@ from baroarma.cli.common import (
     announce_compiling,
     jobs_option,
     json_option,
+    noise_option,
     print_json,
     read_recordings,
     recordings_argument,
-    say,
+    same_recordings,
     with_progress,
 )
+from baroarma.cli.loudness import say, say_next
+from baroarma.cli.names import InputFile, Listing, Names, preset_titles
 from baroarma.cli.track import load_noise
 
 
-@click.command(short_help="Compare presets on recordings.")
+@click.command(
+    cls=Listing,
+    lists={"Presets": preset_titles},
+    short_help="Compare presets on recordings.",
+    epilog="Example:  baroarma compare ride.csv --noise noise.json --report ride.html",
+)
 @recordings_argument
-@click.option("--noise", "noise_file", metavar="N.json", help="Noise model that `baroarma identify` wrote.")
-@click.option("--presets", metavar="A,B,...", help="Presets to compare; default: all.")
+@noise_option()
+@click.option("--presets", type=Names("preset", "A,B,..."), help="Those to compare; default: all below.")
 @click.option(
     "--reference-lag",
     type=float,
@@ -37,6 +45,7 @@ from baroarma.cli.track import load_noise
     "--track",
     "track_files",
     multiple=True,
+    type=InputFile(),
     metavar="TRACK.csv",
     help="Compare a track that another program made of the recording, too (repeatable).",
 )
@@ -49,7 +58,7 @@ def compare(
     start: float | None,
     stop: float | None,
     noise_file: str | None,
-    presets: str | None,
+    presets: tuple[str, ...] | None,
     reference_lag: float,
     track_files: tuple[str, ...],
     report: str | None,
@@ -68,12 +77,11 @@ def compare(
 
     announce_compiling()
     noise = load_noise(noise_file)
-    names = None if presets is None else tuple(name.strip() for name in presets.split(",") if name.strip())
     recordings = read_recordings(files, mapping, start, stop)
     if track_files and len(recordings) > 1:
         raise click.UsageError(f"--track belongs to one recording, but there are {len(recordings)}")
     tracks = tuple(read_track(path) for path in track_files)
-    work = partial(compare_presets, presets=names, noise=noise, reference_lag=reference_lag, tracks=tracks)
+    work = partial(compare_presets, presets=presets, noise=noise, reference_lag=reference_lag, tracks=tracks)
     found = list(with_progress(in_order(work, recordings, jobs=jobs), len(recordings), "comparing"))
     if as_json:
         documents = [comparison.to_dict() for comparison in found]
@@ -93,3 +101,15 @@ def compare(
                 f"{comparison.recording.name}: {comparison.rows[0].refusal}" for comparison in hopeless
             )
         )
+    if not as_json:
+        _say_next(same_recordings(files, mapping, start, stop), noise_file, report)
+
+
+def _say_next(recordings: list[str], noise_file: str | None, report: str | None) -> None:
+    """Identify the noise; then draw a page; then predict what the chain will do elsewhere."""
+    if noise_file is None:
+        say_next("identify", "REST.csv", "--out", "noise.json")
+    elif report is None:
+        say_next("compare", *recordings, "--noise", noise_file, "--report", "compare.html")
+    else:
+        say_next("predict", "--noise", noise_file)

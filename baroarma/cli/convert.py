@@ -13,14 +13,17 @@ from baroarma.cli.common import (
     print_json,
     read_recordings,
     recordings_argument,
-    say,
 )
+from baroarma.cli.loudness import say, say_next
 
 if TYPE_CHECKING:
     from baroarma.recording import Recording
 
 
-@click.command(short_help="Convert a log to our CSV or Parquet.")
+@click.command(
+    short_help="Convert a log to our CSV or Parquet.",
+    epilog="Example:  baroarma convert flight.ulg flight.csv",
+)
 @recordings_argument
 @click.argument("out", type=OutputFile())
 @json_option
@@ -56,8 +59,12 @@ def convert(
     write_csv(recordings[0], out)
     if as_json:
         print_json(_document(recordings[0], out))
+        return
+    say(f"{recordings[0]!r} -> {out}")
+    if recordings[0].accel is None:
+        say_next("identify", out, "--out", "noise.json")
     else:
-        say(f"{recordings[0]!r} -> {out}")
+        say_next("track", out, "--out", "track.csv")
 
 
 def _document(recording: Recording, out: str) -> dict[str, Any]:

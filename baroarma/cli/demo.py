@@ -6,19 +6,26 @@ from pathlib import Path
 
 import click
 
-from baroarma.cli.common import json_option, print_json, say, write_text
+from baroarma.cli.common import json_option, print_json, write_text
+from baroarma.cli.loudness import say, say_next
 
 
-@click.command(short_help="Show the main job on simulated data.")
+@click.command(short_help="Show the main job on simulated data.", epilog="Example:  baroarma demo --out demo")
 @click.option(
     "--out",
     type=click.Path(file_okay=False),
+    metavar="DIR",
     default="demo",
     show_default=True,
     help="Folder for the results.",
 )
 @click.option(
-    "--seed", type=click.IntRange(min=0), default=1, show_default=True, help="For the same numbers again."
+    "--seed",
+    type=click.IntRange(min=0),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="For the same numbers again.",
 )
 @json_option
 def demo(out: str, seed: int, as_json: bool) -> None:
@@ -64,6 +71,8 @@ def demo(out: str, seed: int, as_json: bool) -> None:
     if as_json:
         documents = {"noise": found.model.to_dict(), "whitening": whitening.to_dict()}
         print_json({**documents, "comparison": bake_off.to_dict(), "report": str(page)})
+    else:
+        say_next("identify", "REST.csv", "--out", "noise.json", "--report", "page.html")
 
 
 PRESETS = ("baroarma", "sg14-a", "sg14-b", "lee16", "tanigawa08")

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from baroarma.cli.common import OutputFile, announce_compiling, json_option, print_json, say, with_progress
+from baroarma.cli.common import OutputFile, announce_compiling, json_option, print_json, with_progress
+from baroarma.cli.loudness import say, say_next
+from baroarma.cli.names import Name, Names
 
 if TYPE_CHECKING:
     from baroarma.experiments.experiment import Experiment
@@ -15,19 +17,33 @@ if TYPE_CHECKING:
     from baroarma.experiments.trials import Measured
 
 
-@click.command(short_help="Repeat the papers' experiments.")
-@click.argument("name", metavar="NAME|all")
-@click.option("--presets", metavar="A,B,...", help="Presets to run beside the papers' own methods.")
-@click.option("--trials", type=click.IntRange(1), default=10, show_default=True, help="Trials of each.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="For other noise.")
+@click.command(
+    short_help="Repeat the papers' experiments.",
+    epilog="Example:  baroarma experiment sg14-table-4 --presets baroarma --report table-4.html",
+)
+@click.argument("name", type=Name("experiment", "NAME|all"))
 @click.option(
-    "--jobs", "--workers", "workers", type=click.IntRange(1), help="Processes; default: one per core."
+    "--presets", type=Names("preset", "A,B,..."), help="Presets to run beside the papers' own methods."
+)
+@click.option(
+    "--trials", type=click.IntRange(1), default=10, show_default=True, metavar="N", help="Trials of each."
+)
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N", help="For other noise."
+)
+@click.option(
+    "--jobs",
+    "--workers",
+    "workers",
+    type=click.IntRange(1),
+    metavar="N",
+    help="Processes; default: one per core.",
 )
 @click.option("--report", type=OutputFile(), metavar="PAGE.html", help="Write a page with the figures.")
 @json_option
 def experiment(
     name: str,
-    presets: str | None,
+    presets: tuple[str, ...] | None,
     trials: int,
     seed: int,
     workers: int | None,
@@ -43,10 +59,10 @@ def experiment(
 
     announce_compiling()
     known = experiments()
-    if name != "all" and name not in known:
-        raise click.UsageError(f"there is no experiment {name!r}; there are {', '.join(known)} and all")
     chosen = list(known.values()) if name == "all" else [known[name]]
-    beside = _presets(presets, chosen)
+    beside = presets or ()
+    if beside and not any(experiment.tracks for experiment in chosen):
+        say("note: this experiment identifies noise and tracks nothing, so presets have no part in it")
     results = run_experiments(
         chosen,
         trials=trials,
@@ -64,18 +80,13 @@ def experiment(
     click.echo("\n\n".join(result.summary() for result in results))
     if len(results) > 1:
         click.echo(f"\nall: {tally(results)}")
-
-
-def _presets(text: str | None, chosen: list[Experiment]) -> tuple[str, ...]:
-    """Return the presets, checked; say when no chosen experiment tracks anything."""
-    from baroarma.presets import find_preset
-
-    names = tuple(dict.fromkeys(part.strip() for part in (text or "").split(",") if part.strip()))
-    for preset in names:
-        find_preset(preset)
-    if names and not any(experiment.tracks for experiment in chosen):
-        say("note: this experiment identifies noise and tracks nothing, so presets have no part in it")
-    return names
+    if report is None:
+        with_presets = ["--presets", ",".join(beside)] if beside else []
+        say_next("experiment", name, *with_presets, "--report", f"{name}.html")
+    elif not beside and any(experiment.tracks for experiment in chosen):
+        say_next("experiment", name, "--presets", "baroarma", "--report", report)
+    else:
+        say_next("simulate", "squat", "--out", "squat.csv")
 
 
 def _write(

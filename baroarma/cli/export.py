@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import Literal
 
 import click
 
-from baroarma.cli.common import json_option, print_json, say
+from baroarma.cli.common import json_option, noise_option, print_json
+from baroarma.cli.loudness import say, say_next
+from baroarma.cli.names import Name
 
 
-@click.command(short_help="Write firmware, or settings for other programs.")
+@click.command(
+    short_help="Write firmware, or settings for other programs.",
+    epilog="Example:  baroarma export firmware --noise noise.json --preset baroarma --rate 50 --out firmware",
+)
 @click.argument("what", type=click.Choice(["firmware", "hints"]))
-@click.option("--noise", "noise_file", metavar="N.json", help="Noise model that `baroarma identify` wrote.")
-@click.option("--preset", metavar="P", help="firmware: which chain, such as sg14-b.")
+@noise_option()
+@click.option("--preset", type=Name("preset", "P"), help="firmware: which chain, such as sg14-b.")
 @click.option("--rate", type=float, metavar="HZ", help="firmware: rate of the barometer's new samples.")
 @click.option(
     "--float/--double",
@@ -79,7 +85,8 @@ def _firmware(
             {"preset": made.preset, "rate_hz": rate, "real": real, "notes": [*made.notes], "files": names}
         )
     else:
-        say(f"{made!r} -> {out}; there: gcc *.c -lm -o selftest && ./selftest")
+        say(f"{made!r} -> {out}")
+        say(f"next: cd {shlex.quote(out)} && gcc *.c -lm -o selftest && ./selftest")
 
 
 def _hints(noise_file: str | None, pressure: float | None, as_json: bool) -> None:
@@ -94,3 +101,4 @@ def _hints(noise_file: str | None, pressure: float | None, as_json: bool) -> Non
         print_json({"hints": [hint.to_dict() for hint in found]})
     else:
         click.echo("\n\n".join(str(hint) for hint in found))
+        say_next("predict", "--noise", noise_file)

@@ -18,10 +18,11 @@ from baroarma.cli.common import (
     print_json,
     read_recordings,
     recordings_argument,
-    say,
+    same_recordings,
     span,
     with_progress,
 )
+from baroarma.cli.loudness import say, say_next
 
 if TYPE_CHECKING:
     from baroarma.identification import Identification
@@ -43,11 +44,15 @@ def _window_settings(command: Any) -> Any:
     for name, (kind, meaning, printed) in reversed(_SETTINGS.items()):
         option = "--" + name.removesuffix("_s")
         text = f"windows: {meaning}; default: {printed:g}{_ADAPTED if name in _BY_RATE else ''}."
-        command = click.option(option, name, type=kind, help=text)(command)
+        metavar = {"detrend_s": "S", "trim": "FRACTION"}.get(name, "N")
+        command = click.option(option, name, type=kind, metavar=metavar, help=text)(command)
     return command
 
 
-@click.command(short_help="Learn the noise of a motionless barometer.")
+@click.command(
+    short_help="Learn the noise of a motionless barometer.",
+    epilog="Example:  baroarma identify rest.csv --out noise.json --report page.html",
+)
 @recordings_argument
 @click.option(
     "--method",
@@ -71,7 +76,7 @@ def _window_settings(command: Any) -> Any:
     help="windows: how an ARMA(1,1) becomes Gauss-Markov plus white noise.",
 )
 @_window_settings
-@click.option("--temperature", type=float, metavar="°C", help="Temperature of the air; default: the ISA's.")
+@click.option("--temperature", type=float, metavar="°C", help="Of the air, in °C; default: the ISA's.")
 @click.option("--out", type=OutputFile(), help="Write the noise model here (noise.json).")
 @click.option("--report", type=OutputFile(), help="Write a page with numbers and plots here (HTML).")
 @click.option("--diagnostics", is_flag=True, help="Print second opinions, too (some seconds more).")
@@ -121,6 +126,20 @@ def identify(
     if out:
         model.save(out)
         say(f"noise model: {out}")
+    if not as_json:
+        _say_next(same_recordings(files, mapping, start, stop), model, out)
+
+
+def _say_next(rests: list[str], model: NoiseModel, out: str | None) -> None:
+    """Keep the model; then whiten, if it has Gauss-Markov noise; else track."""
+    if out is None:
+        say_next("identify", *rests, "--out", "noise.json")
+    elif model.has_gauss_markov:
+        say_next(
+            "whiten", out, "--rate", f"{model.rate_hz:.6g}", "--unity-gain-at", f"{model.rate_hz / 2:.6g}"
+        )
+    else:
+        say_next("track", "RECORDING.csv", "--noise", out)
 
 
 def _refuse_idle_options(terms: str, options: dict[str, Any]) -> None:

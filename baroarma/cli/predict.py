@@ -6,32 +6,38 @@ from typing import TYPE_CHECKING
 
 import click
 
-from baroarma.cli.common import OutputFile, json_option, print_json, say
-from baroarma.cli.track import Name
+from baroarma.cli.common import OutputFile, json_option, noise_option, print_json
+from baroarma.cli.loudness import say, say_next
+from baroarma.cli.names import NAMES, Listing, Name, preset_titles
 
 if TYPE_CHECKING:
     from baroarma.imu_noise import ImuNoise
     from baroarma.predicted import Prediction
 
 
-@click.command(short_help="Predict the accuracy before any experiment.")
-@click.option(
-    "--noise",
-    "noise_file",
-    required=True,
-    metavar="N.json",
-    help="Noise model that `baroarma identify` wrote.",
+@click.command(
+    cls=Listing,
+    lists={"Presets": preset_titles, "Devices": NAMES["device"]},
+    short_help="Predict the accuracy before any experiment.",
+    epilog="Example:  baroarma predict --noise noise.json --imu wimu --duration 600",
 )
-@click.option("--preset", type=Name("preset"), default="baroarma", show_default=True, help="A paper's chain.")
+@noise_option(is_required=True)
+@click.option(
+    "--preset",
+    type=Name("preset"),
+    default="baroarma",
+    show_default=True,
+    help="One of those below.",
+)
 @click.option(
     "--imu",
+    type=Name("device", "DEVICE|REST.csv", or_file=True),
     default="simple",
     show_default=True,
-    metavar="DEVICE|REST.csv",
-    help="A device of `baroarma simulate`, or a recording of the IMU at rest.",
+    help="A device, or a recording of the IMU at rest.",
 )
 @click.option(
-    "--duration", type=float, default=180.0, show_default=True, metavar="S", help="Length of the run."
+    "--duration", type=float, default=180.0, show_default=True, metavar="S", help="Length of the run, in s."
 )
 @click.option(
     "--horizontal-acceleration",
@@ -75,8 +81,12 @@ def predict(
         say(f"plot: {plot}")
     if as_json:
         print_json(document)
+        return
+    click.echo(text)
+    if tuned:
+        say_next("track", "RECORDING.csv", "--noise", noise_file, "--preset", preset)
     else:
-        click.echo(text)
+        say_next("predict", "--noise", noise_file, "--preset", preset, "--imu", imu, "--tune")
 
 
 def _imu(name: str) -> ImuNoise:

@@ -8,35 +8,40 @@ from typing import Any
 
 import click
 
-from baroarma.cli.common import OutputFile, json_option, print_json, say
+from baroarma.cli.common import OutputFile, json_option, print_json
+from baroarma.cli.loudness import say, say_next
+from baroarma.cli.names import NAMES, Listing, Name
 
 
-class Listing(click.Command):
-    """A command whose help lists the motions and the devices, looked up only when asked."""
+def _motions() -> dict[str, str]:
+    """Return the motions, each with its first sentence and its options."""
+    from baroarma.simulation import MOTIONS, options_of
 
-    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the lists."""
-        from baroarma.simulation import DEVICES, MOTIONS, options_of
-
-        with formatter.section("Motions, with their options for --set"):
-            formatter.write_dl([(name, _described(MOTIONS[name], options_of(name))) for name in MOTIONS])
-        with formatter.section("Devices"):
-            formatter.write_text(", ".join(DEVICES))
+    return {name: _described(motion, options_of(name)) for name, motion in MOTIONS.items()}
 
 
-@click.command(cls=Listing, short_help="Simulate a recording with its truth.")
-@click.argument("motion")
+@click.command(
+    cls=Listing,
+    lists={"Motions, with their options for --set": _motions, "Devices": NAMES["device"]},
+    short_help="Simulate a recording with its truth.",
+    epilog="Example:  baroarma simulate stairs --set floors=5 --seed 1 --out stairs.csv",
+)
+@click.argument("motion", type=Name("motion", "MOTION"))
 @click.option("--out", required=True, type=OutputFile(), help="CSV, .csv.gz or .parquet to write.")
-@click.option("--seed", type=click.IntRange(min=0), help="For the same numbers again.")
+@click.option("--seed", type=click.IntRange(min=0), metavar="N", help="For the same numbers again.")
 @click.option(
     "--duration",
     type=float,
     metavar="S",
-    help="Length; default: 600 at rest, else until the motion has ended, or 180.",
+    help="Length in s; default: 600 at rest, else until the motion has ended, or 180.",
 )
 @click.option("--rate", type=float, default=50.0, show_default=True, metavar="HZ", help="Rate of the rows.")
 @click.option(
-    "--device", default="simple", show_default=True, metavar="NAME", help="Whose sensors; see below."
+    "--device",
+    type=Name("device", "NAME"),
+    default="simple",
+    show_default=True,
+    help="Whose sensors; see below.",
 )
 @click.option(
     "--imu/--no-imu", default=True, show_default=True, help="With accelerometer and gyro or without."
@@ -84,8 +89,12 @@ def simulate(
     write_csv(recording, out)
     if as_json:
         print_json({"motion": motion, "out": out, "rows": len(recording), "seed": seed})
+        return
+    say(f"{recording!r} -> {out}")
+    if motion == "rest":
+        say_next("identify", out, "--out", "noise.json")
     else:
-        say(f"{recording!r} -> {out}")
+        say_next("compare", out, "--presets", "baroarma,sg14-a" if imu else "baroarma")
 
 
 def _options(settings: tuple[str, ...]) -> dict[str, Any]:

@@ -14,45 +14,23 @@ from baroarma.cli.common import (
     announce_compiling,
     busy,
     json_option,
+    noise_option,
     pairs,
     print_json,
     progress_bar,
     read_recordings,
     recordings_argument,
-    say,
+    same_recordings,
     span,
 )
+from baroarma.cli.loudness import say, say_next
+from baroarma.cli.names import NAMES, Listing, Name, Parameter, preset_titles
 
 if TYPE_CHECKING:
     from baroarma.noise_model import NoiseModel
+    from baroarma.recording import Recording
     from baroarma.track import Track
     from baroarma.tracker import Tracker
-
-    Parameter = click.ParamType[str]
-else:  # older releases of click have no type arguments
-    Parameter = click.ParamType
-
-
-class Name(Parameter):
-    """A preset's or back-end's name; which there are, plug-ins too, is looked up when the help is shown."""
-
-    name = "name"
-
-    def __init__(self, kind: str) -> None:
-        self.kind = kind
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        """Return the names as they stand in the help."""
-        return f"[{'|'.join(self._names())}]"
-
-    def _names(self) -> tuple[str, ...]:
-        if self.kind == "preset":
-            from baroarma.presets import PRESETS
-
-            return tuple(PRESETS)
-        from baroarma.estimators import registry
-
-        return registry.attitude_names() if self.kind == "attitude" else registry.height_names()
 
 
 class Numbers(Parameter):
@@ -72,28 +50,58 @@ class Numbers(Parameter):
 
 
 SECONDS = click.FloatRange(min=0)
-METRES = click.FloatRange(min=0, min_open=True)
+POSITIVE = click.FloatRange(min=0, min_open=True)
 
 
-@click.command(short_help="Estimate height and vertical velocity.")
+@click.command(
+    cls=Listing,
+    lists={
+        "Presets": preset_titles,
+        "Attitude estimators": NAMES["attitude estimator"],
+        "Height estimators": NAMES["height estimator"],
+    },
+    short_help="Estimate height and vertical velocity.",
+    epilog="Example:  baroarma track walk.csv --noise noise.json --out track.csv",
+)
 @recordings_argument
-@click.option("--noise", "noise_file", metavar="N.json", help="Noise model that `baroarma identify` wrote.")
-@click.option("--preset", type=Name("preset"), default="baroarma", show_default=True, help="A paper's chain.")
-@click.option("--attitude", type=Name("attitude"), help="Another attitude estimator than the preset's.")
-@click.option("--height", type=Name("height"), help="Another height estimator.")
+@noise_option()
+@click.option(
+    "--preset",
+    type=Name("preset"),
+    default="baroarma",
+    show_default=True,
+    help="One of those below.",
+)
+@click.option(
+    "--attitude",
+    type=Name("attitude estimator"),
+    help="Another attitude estimator than the preset's.",
+)
+@click.option("--height", type=Name("height estimator"), help="Another height estimator.")
 @click.option(
     "--conditioning",
     type=click.Choice(["none", "average", "average+whitening"]),
     help="Another conditioning of the altitude.",
 )
 @click.option("--smooth", is_flag=True, help="Let each row know what came after it (coloured-kalman).")
-@click.option("--smooth-lag", type=SECONDS, help="... up to so many seconds after it; implies --smooth.")
-@click.option("--level-prior-sd", type=METRES, help="The height wanders about the start by so many metres.")
 @click.option(
-    "--floors", type=Numbers(), metavar="M,M,...", help="Heights of known floors above the start, m."
+    "--smooth-lag", type=SECONDS, metavar="S", help="... up to so many seconds after it; implies --smooth."
 )
 @click.option(
-    "--barometer-lag", type=SECONDS, help="Time constant of the barometer's own low-pass filter, s."
+    "--level-prior-sd",
+    type=POSITIVE,
+    metavar="M",
+    help="The height wanders about the start by so much.",
+)
+@click.option(
+    "--floors", type=Numbers(), metavar="M,M,...", help="Heights of known floors above the start, in m."
+)
+@click.option(
+    "--barometer-lag", type=SECONDS, metavar="S", help="Time constant of the barometer's own low-pass filter."
+)
+@click.option("--plot", is_flag=True, help="Draw height and velocity in the terminal, too.")
+@click.option(
+    "--window", type=POSITIVE, metavar="S", help="plot: the last S seconds; default: 20 with -, else all."
 )
 @click.option("--out", type=OutputFile(), help="Write the track here; default: CSV to stdout.")
 @json_option
@@ -112,6 +120,8 @@ def track(
     level_prior_sd: float | None,
     floors: tuple[float, ...] | None,
     barometer_lag: float | None,
+    plot: bool,
+    window: float | None,
     out: str | None,
     as_json: bool,
 ) -> None:
@@ -120,15 +130,19 @@ def track(
     With - as RECORDING, CSV rows are read from stdin and answered one by one; the first second, at rest,
     aligns and has no answer.  There a cell without a new sample must be empty: a reading that the logger
     merely repeats can't be told from a new one as it comes.
+
+    --plot draws on stderr, so that stdout stays CSV.  Where both are one terminal, the plot alone is shown.
     """
     from baroarma.formats.long import is_long
     from baroarma.tracker import Tracker
 
+    if window is not None and not plot:
+        raise click.UsageError("--window belongs to --plot")
     announce_compiling()
-    noise = load_noise(noise_file)
+    lag = smooth_lag if smooth_lag is not None else math.inf if smooth else None
     known = {"level_prior_sd": level_prior_sd, "floors": floors, "barometer_lag": barometer_lag}
     tracker = Tracker(
-        noise=noise,
+        noise=load_noise(noise_file),
         preset=preset,
         attitude=attitude,
         height=height,
@@ -136,40 +150,21 @@ def track(
         height_settings={name: value for name, value in known.items() if value is not None},
     )
     if files == ("-",):
-        given = (smooth_lag, start, stop)
-        if out or as_json or mapping or smooth or any(value is not None for value in given):
+        if as_json or mapping or any(value is not None for value in (lag, start, stop)):
             raise click.UsageError(
-                "with - rows are answered on stdout as CSV as they come; leave out --out, --json, --map, "
-                "--smooth, --start and --stop"
+                "with - rows are answered as CSV as they come; leave out --json, --map, --smooth, --start "
+                "and --stop"
             )
-        _live(tracker)
+        _live(tracker, plot, window, out)
         return
-    in_parts = not (smooth or smooth_lag is not None or as_json or tracker.settings.height is None)
-    if in_parts and len(files) == 1 and is_long(files[0], pairs(mapping)):
+    needs_all = lag is not None or as_json or plot or tracker.settings.height is None
+    if not needs_all and len(files) == 1 and is_long(files[0], pairs(mapping)):
         _in_parts(tracker, files[0], mapping, start, stop, out)
-        return
-    recordings = read_recordings(files, mapping, start, stop)
-    if len(recordings) > 1:
-        names = ", ".join(r.name for r in recordings)
-        raise click.UsageError(
-            f"track takes one recording at a time, but these are {len(recordings)}: {names}"
-        )
-    try:
-        if smooth or smooth_lag is not None:
-            found = tracker.smooth(recordings[0], lag=math.inf if smooth_lag is None else smooth_lag)
-        else:
-            found = tracker.run(recordings[0])
-    except ValueError as error:
-        raise Refusal(str(error)) from error
-    for finding in found.findings:
-        say(str(finding))
-    if out:
-        found.save(out)
-        say(f"{found!r} -> {out}")
-    if as_json:
-        print_json(_document(found))
-    elif not out:
-        found.write_csv(sys.stdout)
+    else:
+        found = _whole(tracker, read_recordings(files, mapping, start, stop), lag)
+        _show(found, plot, window, out, as_json)
+    if not as_json:
+        _say_next(same_recordings(files, mapping, start, stop), noise_file, preset)
 
 
 def load_noise(path: str | None) -> NoiseModel | None:
@@ -179,10 +174,53 @@ def load_noise(path: str | None) -> NoiseModel | None:
     return None if path is None else NoiseModel.load(path)
 
 
+def _whole(tracker: Tracker, recordings: list[Recording], lag: float | None) -> Track:
+    """Track one recording; with a lag, each row with the help of what came after it."""
+    if len(recordings) > 1:
+        names = ", ".join(r.name for r in recordings)
+        raise click.UsageError(
+            f"track takes one recording at a time, but these are {len(recordings)}: {names}"
+        )
+    try:
+        return tracker.run(recordings[0]) if lag is None else tracker.smooth(recordings[0], lag=lag)
+    except ValueError as error:
+        raise Refusal(str(error)) from error
+
+
+def _show(found: Track, plot: bool, window: float | None, out: str | None, as_json: bool) -> None:
+    from baroarma.cli.live import show_track, terminal
+    from baroarma.climbing import climb
+
+    for finding in found.findings:
+        say(str(finding))
+    if out:
+        found.save(out)
+        say(f"{found!r} -> {out}")
+        say(climb(found).summary())
+    console = terminal() if plot else None
+    if console:
+        show_track(found, console, window)
+    if as_json:
+        print_json(_document(found))
+    elif not out and not (console and sys.stdout.isatty()):
+        found.write_csv(sys.stdout)
+
+
 def _document(found: Track) -> dict[str, Any]:
+    from baroarma.climbing import climb
+
     columns = {str(name): column.tolist() for name, column in found.to_frame().items()}
     findings = [finding.to_dict() for finding in found.findings]
-    return {"preset": found.preset, "findings": findings, **columns}
+    return {"preset": found.preset, "findings": findings, "climb": climb(found).to_dict(), **columns}
+
+
+def _say_next(recording: list[str], noise_file: str | None, preset: str) -> None:
+    """Without a noise model: identify one; with one: compare with other presets."""
+    if noise_file is None:
+        say_next("identify", "REST.csv", "--out", "noise.json")
+    else:
+        others = dict.fromkeys((preset, "baroarma", "sg14-a", "tanigawa08"))
+        say_next("compare", *recording, "--noise", noise_file, "--presets", ",".join(others))
 
 
 def _in_parts(
@@ -214,22 +252,15 @@ def _in_parts(
         say(f"{found!r} -> {out}")
 
 
-def _live(tracker: Tracker) -> None:
-    """Answer each row of stdin with a row of ``track.csv`` before the next one is read."""
-    from baroarma.formats.rows import sample_reader
+def _live(tracker: Tracker, plot: bool, window: float | None, out: str | None) -> None:
+    """Answer the rows of stdin."""
+    from baroarma.cli.live import WINDOW, LivePlot, terminal, track_live
 
     if tracker.settings.height is None:
         raise click.UsageError(f"the preset {tracker.settings.name} works off-line; with - take another one")
-    click.echo("time_s,height_m,velocity_m_s,height_sd_m,velocity_sd_m_s")
-    last = math.nan
-    for sample in sample_reader(sys.stdin):
-        try:
-            state = tracker.step(
-                dt=sample.t - last, pressure=sample.pressure, accel=sample.accel, gyro=sample.gyro
-            )
-        except ValueError as error:
-            raise Refusal(str(error)) from error
-        last = sample.t
-        if state is not None:
-            values = ",".join(repr(float(value)) for value in state[:4])
-            click.echo(f"{sample.t!r},{values}")
+    if out and out.endswith(".parquet"):
+        raise click.UsageError(f"with - the rows are written as CSV as they come; give {out} another suffix")
+    if tracker.noise is None and tracker.settings.needs_noise:
+        say("warning (default-noise): without --noise that of a BMP085 is taken; identify your barometer's")
+    console = terminal() if plot else None
+    track_live(tracker, sys.stdin, out, LivePlot(console, window or WINDOW) if console else None)

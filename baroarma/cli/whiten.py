@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import click
 
-from baroarma.cli.common import OutputFile, json_option, say, write_text
+from baroarma.cli.common import OutputFile, json_option, write_text
+from baroarma.cli.loudness import say, say_next
+from baroarma.cli.names import InputFile
 
 
-@click.command(short_help="Synthesise a whitening filter.")
-@click.argument("noise", required=False, metavar="[NOISE.json]")
+@click.command(
+    short_help="Synthesise a whitening filter.",
+    epilog="Example:  baroarma whiten noise.json --rate 50 --unity-gain-at 25 --format c --out whitening.c",
+)
+@click.argument("noise", required=False, type=InputFile(), metavar="[NOISE.json]")
 @click.option(
     "--arma", nargs=2, type=float, metavar="A B", help="ARMA(1,1): y[k] + A y[k-1] = e[k] + B e[k-1]."
 )
-@click.option("--interval", type=float, metavar="S", help="arma: sampling interval at which A and B hold.")
+@click.option("--interval", type=float, metavar="S", help="arma: interval at which A and B hold, in s.")
 @click.option(
     "--rate", type=float, metavar="HZ", help="Rate at which the filter will run; default: the model's."
 )
@@ -76,3 +81,9 @@ def whiten(
         say(
             f"note: a steady height change will be reported {whitening.dc_gain:.4g} times its size (DC gain)."
         )
+    if as_json:
+        return
+    if noise is None:
+        say_next("identify", "REST.csv", "--out", "noise.json")
+    else:
+        say_next("track", "RECORDING.csv", "--noise", noise, "--preset", "sg14-b")

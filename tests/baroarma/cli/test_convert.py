@@ -41,7 +41,7 @@ def without(values, rows):
 
 @settings(max_examples=40, deadline=None)
 @given(
-    t=arrays(float, 12, elements=st.floats(-1e9, 1e9), unique=True),
+    t=arrays(float, 12, elements=st.floats(-1e6, 1e6), unique=True),  # no clock that was set
     pressure=arrays(float, 12, elements=st.floats(1e-3, 1e7) | st.just(float("nan"))),
     accel=signals(3),
     gyro=signals(3),

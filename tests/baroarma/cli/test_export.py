@@ -121,7 +121,7 @@ def test_wrong_usage_is_one_sentence_and_writes_nothing(tmp_path, monkeypatch, c
         ("time_s,height_m,velocity_m_s,height_sd_m,velocity_sd_m_s\n0,1,2,3,4\n", "needs two rows or more"),
         (
             "time_s,height_m,velocity_m_s,height_sd_m,velocity_sd_m_s\n0,1,2,3,4\n1,,2,3,4\n",
-            "height of a track must be",
+            "row 2: a track needs a finite number",
         ),
         (
             "time_s,height_m,velocity_m_s,height_sd_m,velocity_sd_m_s\n0,1,2,3,4\n99,1,2,3,4\n",

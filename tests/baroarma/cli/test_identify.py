@@ -124,7 +124,9 @@ def test_one_recording_gives_a_summary_and_a_model_that_loads(folder, tmp_path, 
     assert main(["identify", str(folder / "monday.csv"), "--out", str(out)]) == 0
     captured = capsys.readouterr()
     assert "Noise of a barometric altimeter at 50 Hz (structural)" in captured.out
-    assert captured.err == f"noise model: {out}\n"
+    said, what_next = captured.err.splitlines()
+    assert said == f"noise model: {out}"
+    assert what_next == f"next: baroarma whiten {out} --rate 50 --unity-gain-at 25"
     assert NoiseModel.load(out).source["name"] == "monday.csv"
 
 
@@ -154,7 +156,7 @@ def test_a_report_is_written_for_one_and_for_several(folder, tmp_path, capsys):
         page = tmp_path / f"{len(names)}.html"
         assert main(["identify", *(str(folder / f"{n}.csv") for n in names), "--report", str(page)]) == 0
         assert all(name in page.read_text() for name in names)
-        assert capsys.readouterr().err == f"page: {page}\n"
+        assert capsys.readouterr().err.startswith(f"page: {page}\nnext: baroarma identify ")
 
 
 @pytest.mark.parametrize(

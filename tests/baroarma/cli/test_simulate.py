@@ -45,7 +45,7 @@ def test_rest_lasts_ten_minutes_unless_told_otherwise(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["hover"], "motion 'hover' is unknown; choose one of"),
+        (["hover"], "there is no motion 'hover'; there are rest,"),
         (["rest", "--duration", "-1"], "make no recording"),
         (["rest", "--rate", "0"], "make no recording"),
         (["rest", "--rate", "nan"], "make no recording"),
@@ -108,7 +108,7 @@ def test_the_help_lists_motions_with_their_options_and_devices(capsys):
         ),
         (["squat", "--set", "duration=9"], "motion 'squat' has no option 'duration'"),
         (["rest", "--set", "level=9"], "motion 'rest' has no option 'level'; it has none"),
-        (["rest", "--device", "phone"], "device 'phone' is unknown; choose one of simple"),
+        (["rest", "--device", "phone"], "there is no device 'phone'; there are simple,"),
     ],
 )
 def test_wrong_options_are_refused_with_what_there_is(tmp_path, capsys, options, sentence):

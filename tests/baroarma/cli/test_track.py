@@ -181,8 +181,8 @@ def test_a_bad_cell_in_a_stream_is_told_with_its_line(files, at, cell, says, mon
     ("arguments", "code", "says"),
     [
         (["--preset", "bourke08"], 2, "works off-line"),
-        (["--out", "x.csv"], 2, "leave out --out"),
-        (["--json"], 2, "leave out --out"),
+        (["--out", "x.parquet"], 2, "give x.parquet another suffix"),
+        (["--json"], 2, "leave out --json"),
     ],
 )
 def test_what_a_stream_can_not_have_is_refused(files, arguments, code, says, monkeypatch, capsys, tmp_path):
@@ -271,4 +271,4 @@ def test_a_stream_can_not_be_smoothed(files, arguments, monkeypatch, capsys):
 
     monkeypatch.setattr("sys.stdin", io.StringIO(stream(files, lambda lines: None)))
     assert main(["track", "-", *arguments]) == 2
-    assert "leave out --out, --json, --map, --smooth" in capsys.readouterr().err
+    assert "leave out --json, --map, --smooth" in capsys.readouterr().err

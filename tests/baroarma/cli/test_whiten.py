@@ -42,9 +42,10 @@ def test_the_gain_is_one_where_it_was_asked_for(capsys, noise_json, frequency):
     assert abs(gain) == pytest.approx(1, abs=1e-12)
 
 
-def test_unity_gain_at_zero_leaves_heights_as_they_are_and_says_nothing(capsys, noise_json):
+def test_unity_gain_at_zero_leaves_heights_as_they_are_and_says_nothing_of_gain(capsys, noise_json):
     assert main(["whiten", noise_json, "--unity-gain-at", "0"]) == 0
-    assert capsys.readouterr().err == ""
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == f"next: baroarma track RECORDING.csv --noise {noise_json} --preset sg14-b"
 
 
 def test_the_model_is_whitened_at_its_own_rate_and_nyquist_by_default(capsys, noise_json):
