@@ -4,13 +4,16 @@ PYTHON ?= python3
 BIN = .venv/bin
 WORKERS ?= auto
 
-.PHONY: demo test lint typing check clean
+.PHONY: demo test docs lint typing check clean
 
 demo: .venv/user
 	$(BIN)/baroarma demo --out demo
 
 test: .venv/dev
 	$(BIN)/python -m pytest -n $(WORKERS)
+
+docs: .venv/dev
+	$(BIN)/sphinx-build -W --keep-going -n -q docs build/docs
 
 lint: .venv/dev
 	$(BIN)/ruff format --check .
