@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from baroarma.page import Drawing, Figures, Page, Section, Table, Text, Verdict, write_page
+from baroarma.zoomable import SAMPLES, drawing
 
 if TYPE_CHECKING:
     from baroarma.comparison import Comparison, Row
@@ -25,43 +26,76 @@ def write_comparison_report(comparisons: Sequence[Comparison], path: str | os.Pa
     """
     if not comparisons:
         raise ValueError("there is nothing to report; give at least one comparison")
-    sections = tuple(comparison_section(c, f"recording-{i + 1}") for i, c in enumerate(comparisons))
-    names = ", ".join(c.recording.name for c in comparisons)
-    write_page(path, Page(f"Height and velocity: {names}", sections))
+    many = len(comparisons) > 1
+    sections = tuple(
+        comparison_section(
+            comparison,
+            f"recording-{i}",
+            f"{i}. {comparison.recording.name}" if many else "",
+            samples=SAMPLES // len(comparisons),
+        )
+        for i, comparison in enumerate(comparisons, 1)
+    )
+    subject = f"{len(comparisons)} recordings" if many else comparisons[0].recording.name or "a recording"
+    write_page(path, Page(f"Height and velocity: {subject}", sections))
 
 
-def comparison_section(comparison: Comparison, anchor: str) -> Section:
-    """Return one recording's part of a page; `anchor` makes its figures' names unique."""
+def comparison_section(
+    comparison: Comparison, anchor: str, title: str | None = None, *, samples: int = SAMPLES
+) -> Section:
+    """Return one recording's part of a page.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What `baroarma.compare` returned.
+    anchor : str
+        A name that no other part of the page has.
+    title : str, optional
+        Heading; default: the recording's name.
+    samples : int
+        Samples that the plots keep for zooming; see `zoomable.drawing`.
+    """
     from baroarma.plotting import plot_errors, plot_traces
     from baroarma.plotting.canvas import svg
 
     recording = comparison.recording
-    findings = (*recording.notes, *comparison.findings)
     over = "" if recording.reference is None else ", over the reference"
     drawings = [
-        Drawing(
-            svg(partial(_draw, plot_traces, comparison, quantity=quantity), f"{anchor}-{quantity}"),
+        drawing(
+            partial(plot_traces, comparison, quantity=quantity),
+            f"{anchor}-{quantity}",
             f"{quantity.capitalize()} by every preset{over}.",
+            samples=samples // 2,
         )
         for quantity in ("height", "velocity")
     ]
-    bars = svg(partial(_draw, plot_errors, comparison), f"{anchor}-errors")
-    drawings.append(Drawing(bars, "Shorter is better."))
+    bars = svg(partial(plot_errors, comparison), f"{anchor}-errors")
+    judged = any(row.errors and row.errors.height_rmse is not None for row in comparison.rows)
+    drawings.append(Drawing(bars, _SHORTER if judged else _CLOSED))
     warnings = tuple(
         (row.preset, f.code, f.message) for row in comparison.rows for f in comparison.about(row)
     )
     blocks: list[Any] = [
-        Verdict(_sentence(comparison), findings),
+        _verdict(comparison),
+        Text("How well each preset does"),
         _table(comparison),
+        Text("Tracks"),
         Figures(tuple(drawings)),
     ]
     if warnings:
         blocks += [Text("What to mind"), Table(("preset", "finding", "what it means"), warnings)]
-    return Section(tuple(blocks), recording.name, anchor)
+    return Section(tuple(blocks), recording.name if title is None else title, anchor)
 
 
-def _draw(plot: Any, comparison: Comparison, ax: Any, **options: Any) -> None:
-    plot(comparison, ax, **options)
+_SHORTER: Final = "Errors of every preset: shorter is better."
+_CLOSED: Final = "Height at the end: on a ride that ends where it began, nearer to 0 is better."
+
+
+def _verdict(comparison: Comparison) -> Verdict:
+    findings = (*comparison.recording.notes, *comparison.findings)
+    lost = not any(row.errors for row in comparison.rows)
+    return Verdict(_sentence(comparison), findings, refused=lost, refusal="No track")
 
 
 def _sentence(comparison: Comparison) -> str:
@@ -85,13 +119,23 @@ def _velocity_rmse(row: Row) -> float:
 
 
 def _table(comparison: Comparison) -> Table:
-    head = ("preset", "height RMSE (m)", "velocity RMSE (m/s)", "height bias (m)", "height at the end (m)")
+    """What is known of every preset; a column that nobody has a value for is left out."""
+    errors = [row.errors for row in comparison.rows if row.errors is not None]
+    columns = {
+        head: name for head, name in _COLUMNS.items() if any(getattr(e, name) is not None for e in errors)
+    }
     rows: list[tuple[str, ...]] = []
     for row in comparison.rows:
-        if row.errors is None:
-            rows.append((row.preset, row.refusal, "", "", ""))
-            continue
-        e = row.errors
-        values = (e.height_rmse, e.velocity_rmse, e.height_bias, e.closure)
-        rows.append((row.preset, *("–" if value is None else f"{value:.3f}" for value in values)))
-    return Table(head, tuple(rows), "Track and reference are both zeroed over the first second.")
+        values = [getattr(row.errors, name, None) for name in columns.values()]
+        cells = ["–" if value is None else f"{value:.3f}" for value in values]
+        rows.append((row.preset, *(cells if row.errors else [row.refusal, *[""] * (len(cells) - 1)])))
+    what = "Heights are" if comparison.recording.reference is None else "Track and reference are both"
+    return Table(("preset", *(columns or ("why not",))), tuple(rows), f"{what} zeroed over the first second.")
+
+
+_COLUMNS: Final = {
+    "height RMSE (m)": "height_rmse",
+    "velocity RMSE (m/s)": "velocity_rmse",
+    "height bias (m)": "height_bias",
+    "height at the end (m)": "closure",
+}

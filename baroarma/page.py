@@ -1,16 +1,19 @@
 """A page is data: sections of verdicts, tables, text, code and figures, drawn by one template.
 
 `write_page` makes a single HTML file of it that refers to nothing outside itself.  All text is escaped by the
-template: names and cells come from files, and files come from anywhere.
+template: names and cells come from files, and files come from anywhere.  The page also tells the browser to
+load nothing and to run one script only, the one that zooms figures, known by its hash.
 """
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from baroarma.atomic import replacing
 from baroarma.finding import Finding
@@ -24,6 +27,7 @@ class Verdict:
     sentence: str
     findings: tuple[Finding, ...] = ()
     refused: bool = False
+    refusal: str = "No noise model"
 
     @property
     def severity(self) -> str:
@@ -34,7 +38,11 @@ class Verdict:
     @property
     def word(self) -> str:
         """The severity as a word for people."""
-        return {"error": "No noise model", "warning": "Usable with care"}.get(self.severity, "Good")
+        return {"error": self.refusal, "warning": "Usable with care"}.get(self.severity, "Good")
+
+
+LONG_CELL: Final = 28
+"""Characters of a cell that is a sentence; tables of those become lists on a narrow screen."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +54,11 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     caption: str = ""
     anchors: tuple[str, ...] = ()
+
+    @property
+    def wordy(self) -> bool:
+        """Whether it has sentences to read, not only values to compare."""
+        return any(len(cell) > LONG_CELL for row in self.rows for cell in row)
 
 
 @dataclass(frozen=True)
@@ -67,15 +80,18 @@ class Code:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure, SVG from `plotting.canvas.svg` and trusted as such, and its caption."""
+    """A figure, SVG from `plotting.canvas.svg` and trusted as such, its caption, and its view for zooming."""
 
     svg: str
     caption: str
+    view: str = ""
 
-    def __post_init__(self) -> None:
-        from markupsafe import Markup
+    @property
+    def picture(self) -> Any:
+        """The drawing as one picture, which the caption describes to those who can't see it."""
+        from markupsafe import Markup, escape
 
-        object.__setattr__(self, "svg", Markup(self.svg))  # our own drawing, escaped inside
+        return Markup(self.svg.replace("<svg ", f'<svg role="img" aria-label="{escape(self.caption)}" ', 1))
 
 
 @dataclass(frozen=True)
@@ -97,6 +113,11 @@ class Section:
     title: str = ""
     anchor: str = ""
 
+    def name(self, block: Block) -> str:
+        """Return the anchor of one of its blocks."""
+        place = next(i for i, one in enumerate(self.blocks) if one is block)
+        return f"{self.anchor or 'part'}-{place + 1}"
+
 
 @dataclass(frozen=True)
 class Page:
@@ -105,6 +126,16 @@ class Page:
     title: str
     sections: tuple[Section, ...]
     lead: str = ""
+
+    @property
+    def contents(self) -> tuple[tuple[str, str], ...]:
+        """Anchor and title of each part, where there are so many that one wants to jump."""
+        titled = tuple((s.anchor, s.title) for s in self.sections if s.anchor and s.title)
+        linked = any(isinstance(b, Table) and b.anchors for s in self.sections for b in s.blocks)
+        if len(self.sections) == 1:
+            only = self.sections[0]
+            titled = tuple((only.name(b), b.title) for b in only.blocks if isinstance(b, Text))
+        return titled if len(titled) > 2 and not linked else ()
 
     @property
     def footer(self) -> str:
@@ -134,7 +165,8 @@ def write_page(path: str | os.PathLike[str], page: Page) -> None:
     ...     (Path(folder) / "page.html").read_text(encoding="utf-8")[:15]
     '<!DOCTYPE html>'
     """
-    html = render("page.html", page=page)
+    script = _script()
+    html = render("page.html", page=page, script=script, script_hash=_hash(script))
     with replacing(path) as temporary:
         temporary.write_text(html, encoding="utf-8")
 
@@ -143,9 +175,23 @@ def render(template: str, **values: Any) -> str:
     """Fill one of the templates, escaping everything but figures."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    folder = Path(__file__).parent / "templates"
     environment = Environment(
-        loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+        loader=FileSystemLoader(_TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     html = environment.get_template(template).render(**values).encode("utf-8", "replace").decode()
     return re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f]", "\ufffd", html)  # a name can hold what a page can't
+
+
+def _script() -> Any:
+    """The script of zoomable figures, as XML reads it, too."""
+    from markupsafe import Markup
+
+    lines = (_TEMPLATES / "zoom.js").read_text(encoding="utf-8")
+    return Markup(f"//<![CDATA[\n{lines}//]]>\n")
+
+
+def _hash(script: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+
+_TEMPLATES: Final = Path(__file__).parent / "templates"

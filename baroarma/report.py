@@ -13,7 +13,6 @@ from baroarma.noise_model import PARAMETERS, TERM_NAMES, TEST_NAMES, NoiseModel
 from baroarma.page import (
     Block,
     Code,
-    Drawing,
     Figures,
     Page,
     Section,
@@ -23,6 +22,7 @@ from baroarma.page import (
     render,
     write_page,
 )
+from baroarma.zoomable import SAMPLES, drawing
 
 if TYPE_CHECKING:
     from baroarma.identification import Identification
@@ -54,16 +54,34 @@ def write_identification_report(
     sections = [_overview(founds)] if many else []
     for i, found in enumerate(founds):
         title = f"{i + 1}. {found.recording.name}" if many else ""
-        sections.append(identification_section(found, title, _anchor(i), unity_gain_hz=unity_gain_hz))
+        options: Any = {"unity_gain_hz": unity_gain_hz, "samples": SAMPLES // len(founds)}
+        sections.append(identification_section(found, title, _anchor(i), **options))
     subject = f"{len(founds)} recordings" if many else founds[0].recording.name or "a recording"
     write_page(path, Page(f"Barometer noise: {subject}", tuple(sections)))
 
 
 def identification_section(
-    found: Identification, title: str, anchor: str, *, unity_gain_hz: float | None = None
+    found: Identification,
+    title: str,
+    anchor: str,
+    *,
+    unity_gain_hz: float | None = None,
+    samples: int = SAMPLES,
 ) -> Section:
-    """Return one recording's part of a page; `anchor` makes its figures' names unique."""
-    return Section(_blocks(found, anchor, unity_gain_hz), title, anchor)
+    """Return one recording's part of a page.
+
+    Parameters
+    ----------
+    found : Identification
+        With or without a model.
+    title, anchor : str
+        Heading, and a name that no other part of the page has.
+    unity_gain_hz : float, optional
+        Frequency in Hz at which the whitening filter has gain 1; default: Nyquist.
+    samples : int
+        Samples that the plot of the record keeps for zooming; see `zoomable.drawing`.
+    """
+    return Section(_blocks(found, anchor, unity_gain_hz, samples), title, anchor)
 
 
 def model_table(model: NoiseModel) -> str:
@@ -108,7 +126,9 @@ def _anchor(i: int) -> str:
     return f"recording-{i + 1}"
 
 
-def _blocks(found: Identification, anchor: str, unity_gain_hz: float | None) -> tuple[Block, ...]:
+def _blocks(
+    found: Identification, anchor: str, unity_gain_hz: float | None, samples: int
+) -> tuple[Block, ...]:
     blocks: list[Block] = [_verdict(found)]
     whitening = None
     if found.model is not None:
@@ -119,7 +139,10 @@ def _blocks(found: Identification, anchor: str, unity_gain_hz: float | None) -> 
             Text("For a Kalman filter that steps from sample to sample"),
             _kalman(found.model),
         ]
-    blocks += [Text("Data and model" if found.ok else "The recording"), _figures(found, anchor, whitening)]
+    blocks += [
+        Text("Data and model" if found.ok else "The recording"),
+        _figures(found, anchor, whitening, samples),
+    ]
     if whitening is not None:
         blocks += [Text("Whitening filter", _price(whitening)), Code(_coefficients(whitening))]
     if found.fits:
@@ -236,15 +259,16 @@ def _coefficients(whitening: WhiteningFilter) -> str:
     return "\n".join(lines)
 
 
-def _figures(found: Identification, anchor: str, whitening: WhiteningFilter | None) -> Figures:
+def _figures(found: Identification, anchor: str, whitening: WhiteningFilter | None, samples: int) -> Figures:
     from baroarma import plotting
-    from baroarma.plotting.canvas import svg
 
     names = ["record"] if found.model is None else ["record", "acf", "psd", "allan", "residuals"]
     drawn: dict[str, Any] = {name: partial(getattr(plotting, f"plot_{name}"), found) for name in names}
     if whitening is not None:
         drawn["whitening"] = partial(plotting.plot_whitening, whitening)
-    return Figures(tuple(Drawing(svg(draw, f"{anchor}-{n}"), _CAPTIONS[n]) for n, draw in drawn.items()))
+    return Figures(
+        tuple(drawing(draw, f"{anchor}-{n}", _CAPTIONS[n], samples=samples) for n, draw in drawn.items())
+    )
 
 
 _CAPTIONS: Final = {

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from baroarma.experiments.result import HEAD, Result, tally
 from baroarma.experiments.scene import Scene
-from baroarma.page import Block, Drawing, Figures, Page, Section, Table, write_page
+from baroarma.page import Block, Figures, Page, Section, Table, write_page
+from baroarma.zoomable import SAMPLES, drawing
 
 
 def write_report(
@@ -24,12 +25,15 @@ def write_report(
     path : path-like
         Where to write; an older page stays until the new one is complete.
     """
-    sections = tuple(_section(result, scenes.get(result.experiment, ())) for result in results)
+    figures = {result.experiment: tuple(scenes.get(result.experiment, ())) for result in results}
+    samples = SAMPLES // max(sum(map(len, figures.values())), 1)
+    sections = tuple(_section(result, figures[result.experiment], samples) for result in results)
     lead = (
         f"{tally(results)}. 'Within 1 SD' means |ours - published| within the published SD, or, where "
         "none is published, within the SD of our trials."
     )
-    write_page(path, Page("What the papers say, what we measured", (_contents(results), *sections), lead))
+    contents = (_contents(results),) if len(results) > 1 else ()
+    write_page(path, Page("What the papers say, what we measured", (*contents, *sections), lead))
 
 
 def _contents(results: Sequence[Result]) -> Section:
@@ -38,14 +42,14 @@ def _contents(results: Sequence[Result]) -> Section:
     return Section((Table(head, rows, anchors=tuple(r.experiment for r in results)),), "Experiments")
 
 
-def _section(result: Result, scenes: Iterable[Scene]) -> Section:
+def _section(result: Result, scenes: Iterable[Scene], samples: int) -> Section:
     rows, reasons = result.cells()
     blocks: list[Block] = [Table(HEAD, tuple(rows), result.tally())]
     if reasons:
         numbered = tuple((f"[{i}]", why) for i, why in enumerate(reasons, 1))
         blocks.append(Table(("", "why"), numbered))
     drawings = tuple(
-        Drawing(scene.svg(f"{result.experiment}-{i}"), f"{scene.title}. {scene.caption}")
+        drawing(scene.draw, f"{result.experiment}-{i}", f"{scene.title}. {scene.caption}", samples=samples)
         for i, scene in enumerate(scenes)
     )
     if drawings:

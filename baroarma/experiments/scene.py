@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from baroarma.plotting.canvas import DATA, DRIFT, GAUSS_MARKOV, MODEL, WHITE, envelope, finish, ink, svg
+from baroarma.plotting.canvas import DATA, DRIFT, GAUSS_MARKOV, MODEL, WHITE, envelope, finish, ink
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -72,10 +71,6 @@ class Scene:
             ax.set_xscale("log", base=2)
             ax.set_yscale("log")
         return finish(ax, self.title, self.x, self.y, columns=5)
-
-    def svg(self, name: str) -> str:
-        """Return it as SVG with ids that begin with `name`."""
-        return svg(partial(Scene.draw, self), name)
 
 
 def cut(t: Signal, start: float, stop: float) -> slice:

@@ -37,8 +37,20 @@ def test_the_page_has_the_numbers_and_the_price_of_whitening(page):
 
 
 def test_without_a_reference_the_page_says_so(page):
-    assert "it has no reference" in page[1]
-    assert "Where the ride ends" in page[1]
+    first, second = page[1].split('id="recording-2"')
+    assert "it has no reference" in second
+    assert "Where the ride ends" in second
+    for word in ("height RMSE", "shorter is better", "reference are both"):
+        assert word in first
+        assert word not in second
+
+
+def test_what_no_preset_can_track_is_not_called_good(page, tmp_path):
+    lost = [replace(row, track=None, errors=None, refusal="needs a gyro") for row in page[0][0].rows]
+    write_comparison_report([replace(page[0][0], rows=tuple(lost))], tmp_path / "page.html")
+    html = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "No track." in html
+    assert html.count("<td") == html.count(">needs a gyro</td>") == 2
 
 
 def test_nothing_to_report_is_refused(tmp_path):
