@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from baroarma.chain import Chain
 from baroarma.estimators.strapdown import QUIET_ACCELERATION, QUIET_RATE
 from baroarma.finding import Finding
+from baroarma.formats.units import unit_findings
+from baroarma.glance import usual_interval
 from baroarma.noise_model import NoiseModel
 from baroarma.presets import Preset
 from baroarma.recording import Recording
@@ -19,6 +21,8 @@ DIVERGENCE: Final = 5.0
 """Metres between the means of track and barometer that no noise explains (chosen by us)."""
 DIVERGENCE_OVER: Final = 5.0
 """Seconds over which these means are taken."""
+LONGEST_IMU_GAP: Final = 1.0
+"""Seconds without IMU, and ten usual intervals, that are told: on stairs they move a track by 7 sds."""
 
 
 def refuse_unfit(recording: Recording, preset: Preset) -> None:
@@ -30,7 +34,7 @@ def refuse_unfit(recording: Recording, preset: Preset) -> None:
         The message says what is missing and what to do.
     """
     name = recording.name or "the recording"
-    wrong = [note.message for note in recording.notes if note.severity == "error"]
+    wrong = [note.message for note in _notes(recording) if note.severity == "error"]
     if wrong:
         raise ValueError(f"{name}: {wrong[0]}")
     if not recording.is_new.any():
@@ -53,7 +57,14 @@ def needs_imu(what: str, preset: Preset) -> str:
 
 def reading_notes(recording: Recording) -> tuple[Finding, ...]:
     """Return what reading noticed and a track should repeat."""
-    return tuple(note for note in recording.notes if note.severity != "info")
+    return tuple(note for note in _notes(recording) if note.severity != "info")
+
+
+def _notes(recording: Recording) -> tuple[Finding, ...]:
+    """Return the notes; a recording that was built by hand has its units looked at, which costs little."""
+    if recording.source is not None or any(note.code == "units" for note in recording.notes):
+        return recording.notes
+    return (*recording.notes, *unit_findings(recording))
 
 
 def track_findings(
@@ -95,8 +106,9 @@ class Divergence:
     def __init__(self, start: float, chain: Chain, *, drift_rate: float = 0.0) -> None:
         self._start, self._by_design = start, chain.conditioner.whitening is not None
         self._drift_rate = drift_rate
-        self._sum: NDArray[Any] = np.zeros(0)
-        self._count: NDArray[Any] = np.zeros(0)
+        self._block: NDArray[Any] = np.zeros(0)  # only those with samples: times in us would make billions
+        self._sum: NDArray[Any] = self._block
+        self._count: NDArray[Any] = self._block
 
     def take(self, t: Signal, apart: Signal) -> list[Finding]:
         """Take the next rows, and return what is known by now.
@@ -107,24 +119,25 @@ class Divergence:
             Times in s, and height minus barometric height, m; NaN: no sample.
         """
         new = np.isfinite(apart)
-        block = ((t[new] - self._start) / DIVERGENCE_OVER).astype(int)
-        n = max(len(self._sum), block.max(initial=-1) + 1)
-        more = n - len(self._sum)
-        self._sum = np.bincount(block, apart[new], n) + np.pad(self._sum, (0, more))
-        self._count = np.bincount(block, minlength=n) + np.pad(self._count, (0, more))
-        return [] if self._by_design or not n else self._findings()
+        block = np.floor((t[new] - self._start) / DIVERGENCE_OVER)
+        starts = np.flatnonzero(np.diff(block, prepend=-1.0))
+        sums = np.add.reduceat(apart[new], starts) if len(starts) else np.zeros(0)
+        self._block, which = np.unique(np.concatenate((self._block, block[starts])), return_inverse=True)
+        self._sum = np.bincount(which, np.concatenate((self._sum, sums)))
+        self._count = np.bincount(which, np.concatenate((self._count, np.diff(starts, append=len(block)))))
+        return [] if self._by_design or not len(self._block) else self._findings()
 
     def _findings(self) -> list[Finding]:
-        apart = np.abs(self._sum / np.maximum(self._count, 1))
-        drift = self._drift_rate * np.sqrt(DIVERGENCE_OVER * np.arange(1, len(apart) + 1))
+        apart = np.abs(self._sum / self._count)
+        drift = self._drift_rate * np.sqrt(DIVERGENCE_OVER * (self._block + 1))
         lost = apart >= DIVERGENCE + 4 * drift
         if not lost.any():
             return []
         worst, first = int(np.argmax(apart)), int(np.argmax(lost))
         message = (
             f"The track leaves the barometer by up to {apart[worst]:.3g} m, first after "
-            f"{first * DIVERGENCE_OVER:g} s: the tilt was lost or a sensor saturated, so don't believe "
-            "height and velocity from there on."
+            f"{self._block[first] * DIVERGENCE_OVER:g} s: the tilt was lost or a sensor saturated, so don't "
+            "believe height and velocity from there on."
         )
         return [Finding("diverged", "warning", message)]
 
@@ -169,7 +182,26 @@ def _about_sensors(recording: Recording, chain: Chain, aligned_over: float) -> l
     if first >= aligned_over:
         message = f"The first pressure came after {first:.3g} s and counts as height 0 there."
         found.append(Finding("late-barometer", "warning", message))
-    return found
+    return found + imu_gaps(recording)
+
+
+def imu_gaps(recording: Recording) -> list[Finding]:
+    """Name the times without IMU, from its first to its last sample."""
+    if recording.accel is None or recording.gyro is None:
+        return []
+    whole = np.isfinite(recording.accel).all(axis=1) & np.isfinite(recording.gyro).all(axis=1)
+    t = recording.t if whole.all() else recording.t[whole]
+    steps = np.diff(t)
+    gaps = np.flatnonzero(steps > max(LONGEST_IMU_GAP, 10 * usual_interval(t)))
+    if not len(gaps):
+        return []
+    longest = int(gaps[np.argmax(steps[gaps])])
+    message = (
+        f"The IMU is silent {len(gaps)} time{'s' if len(gaps) > 1 else ''}, longest for "
+        f"{steps[longest]:.3g} s from {t[longest]:.4g} s on: what moved meanwhile only the barometer saw, so "
+        "velocity and tilt are less sure than they look."
+    )
+    return [Finding("gaps", "warning", message)]
 
 
 def _about_rest(recording: Recording, aligned_over: float) -> list[Finding]:

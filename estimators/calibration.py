@@ -4,13 +4,14 @@ At rest the specific force has the modulus g, whatever the orientation.  With f 
 axis, the six parameters follow from rests in at least six orientations by least squares on |f| - g [Lötters
 et al. 1998, which SG14 uses, Sec. 2.4].  Each rest is weighted by the sd of its mean; when the rests disagree
 by more than that (axes that are not square, a hand that trembles), all sds grow accordingly.  g is standard
-gravity: a place with 0.3 % less makes all scales 0.3 % larger.  The gyro's bias is its mean over the rests.
+gravity, unless it is given: a place with 0.3 % less makes all scales 0.3 % larger.  The gyro's bias is its
+mean over the rests.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from baroarma.atmosphere import STANDARD_GRAVITY
 from baroarma.estimators.strapdown import periods, quasi_static
 from baroarma.recording import Recording
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 Signal = NDArray[np.float64]
 PARAMETERS: Final = 6
 """Three scales, three offsets."""
@@ -26,11 +30,15 @@ SHORTEST_REST: Final = 1.0
 """Seconds that a rest must last to count."""
 LARGEST_SD: Final = 0.02
 """Sd of a scale beyond which the orientations are too alike."""
+LARGEST_SCALE: Final = 1.25
+"""Specific force at rest over standard gravity, or the inverse, beyond which no calibration is wanted."""
+LARGEST_BIAS: Final = 0.6
+"""rad/s: 34 deg/s, beyond the 20 deg/s of the worst data sheets."""
 SMALLEST_SD: Final = 1e-4
 """Least noise of a sample that is believed, m/s²: a coarse sensor at rest may repeat one number."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Calibration:
     """Hold what turns readings into specific force and angular rate: f = scale * reading - offset.
 
@@ -56,6 +64,13 @@ class Calibration:
     gyro_bias_sd: tuple[float, ...]
     rests: int
     residual_sd: float
+
+    def __repr__(self) -> str:
+        scale, offset = (", ".join(f"{v:.4g}" for v in t) for t in (self.accel_scale, self.accel_offset))
+        bias = ", ".join(f"{v:.3g}" for v in self.gyro_bias)
+        return (
+            f"<Calibration from {self.rests} rests: scale {scale}; offset {offset} m/s²; gyro {bias} rad/s>"
+        )
 
     def apply(self, recording: Recording) -> Recording:
         """Return the recording with calibrated accelerometer and gyro."""
@@ -91,14 +106,40 @@ class Calibration:
             )
         return "\n".join(lines)
 
+    def _repr_html_(self) -> str:
+        from baroarma.notebook import tables
+        from baroarma.page import Table
 
-def calibrate(recording: Recording) -> Calibration:
+        rows = tuple(
+            (
+                axis,
+                f"{self.accel_scale[i]:.5f} ± {self.accel_scale_sd[i]:.5f}",
+                f"{self.accel_offset[i]:+.4f} ± {self.accel_offset_sd[i]:.4f}",
+                f"{np.rad2deg(self.gyro_bias[i]):+.4f} ± {np.rad2deg(self.gyro_bias_sd[i]):.4f}",
+            )
+            for i, axis in enumerate("xyz")
+        )
+        head = ("axis", "accelerometer scale", "accelerometer offset (m/s²)", "gyro bias (°/s)")
+        caption = f"Calibration from {self.rests} rests, residual {self.residual_sd:.3g} m/s²; ± 1 sd"
+        return tables(Table(head, rows, caption))
+
+    def plot(self) -> Figure:
+        """Draw scale, offset and bias of each axis; see `baroarma.plotting.plot_calibration`."""
+        from baroarma.plotting import plot_calibration
+
+        return plot_calibration(self)
+
+
+def calibrate(recording: Recording, *, gravity: float = STANDARD_GRAVITY) -> Calibration:
     """Calibrate from a recording with rests in at least six orientations.
 
     Parameters
     ----------
     recording : Recording
         With accelerometer and gyro.
+    gravity : float
+        g of the place in m/s², such as ``baroarma.gravity(latitude, height)``; all scales and offsets are
+        proportional to it.
 
     Returns
     -------
@@ -119,11 +160,12 @@ def calibrate(recording: Recording) -> Calibration:
             f"{len(rests)}; scale and offset need at least {PARAMETERS}, in different orientations"
         )
     means = np.array([rest.accel for rest in rests])
+    _refuse_other_units(means, np.array([rest.gyro for rest in rests]))
     weights = 1 / np.array([rest.modulus_sd for rest in rests])
 
     def misfit(parameters: Signal) -> Signal:
         force = means * parameters[:3] - parameters[3:]
-        return np.asarray(weights * (np.linalg.norm(force, axis=1) - STANDARD_GRAVITY))
+        return np.asarray(weights * (np.linalg.norm(force, axis=1) - gravity))
 
     found = least_squares(misfit, np.array([1.0, 1, 1, 0, 0, 0]), x_scale=np.array([0.01] * 3 + [0.1] * 3))
     sd = _sds(np.asarray(found.jac, float), found.fun)
@@ -143,6 +185,21 @@ def calibrate(recording: Recording) -> Calibration:
         len(rests),
         float(np.sqrt(np.mean((found.fun / weights) ** 2))),
     )
+
+
+def _refuse_other_units(force: Signal, rate: Signal) -> None:
+    """Refuse rests that no scale or bias of a working sensor explains."""
+    modulus, turning = float(np.median(np.linalg.norm(force, axis=1))), float(np.abs(rate).max())
+    if not LARGEST_SCALE**-1 < modulus / STANDARD_GRAVITY < LARGEST_SCALE:
+        raise ValueError(
+            f"the specific force at rest is {modulus:.4g} m/s², not about 9.8: the accelerometer's unit is "
+            "wrong, or gravity was taken out; correct that first"
+        )
+    if turning > LARGEST_BIAS:
+        raise ValueError(
+            f"the gyro reads {turning:.3g} rad/s at rest, more than any gyro's bias: it looks like deg/s "
+            "under the label rad/s; correct that first"
+        )
 
 
 class _Rest(NamedTuple):

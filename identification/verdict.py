@@ -18,6 +18,8 @@ from baroarma.finding import Finding, Severity
 from baroarma.identification.stillness import judge_stillness
 from baroarma.noise_model import TEST_NAMES, NoiseModel
 from baroarma.recording import Recording
+from baroarma.spikes import pressure_spikes, spike_note
+from baroarma.standstill import dead_barometer, noise_of, quantum_of
 
 Signal = NDArray[np.float64]
 
@@ -30,8 +32,6 @@ TOLERATED_PRECISION: Final = 0.35
 """Half-width beyond which the log counts as too short."""
 SIGNIFICANT: Final = 0.01
 """p-value of a whiteness test below which the prediction errors count as not white."""
-STUCK: Final = 10.0
-"""A pressure that stands still for so many s, 50 times longer than usual, is that of a sensor that hung."""
 WARMING: Final = 4.0
 """A start so many standard deviations off what the second half's random walk would do is warm-up."""
 
@@ -52,7 +52,7 @@ def judge_recording(recording: Recording) -> tuple[Finding, ...]:
     new = recording.is_new
     t, pressure = recording.t[new], recording.pressure[new]
     known = [note for note in recording.notes if note.code == "moving"]  # by who saw the IMU pass by
-    found = [note for note in recording.notes if note not in known]
+    found = [note for note in recording.notes if note not in known and note.code != "dead"]
     if len(t) < LEAST_SAMPLES or t[-1] - t[0] < LEAST_DURATION:
         seconds = t[-1] - t[0] if len(t) else 0.0
         message = (
@@ -62,7 +62,7 @@ def judge_recording(recording: Recording) -> tuple[Finding, ...]:
         return (*found, Finding("too-short", "error", message))
     if not any(f.code == "units" for f in found):
         found += _units(pressure)
-    found += _dead(t, pressure)
+    found += dead_barometer(t, pressure) + _spikes(t, pressure)
     if any(f.severity == "error" for f in found):
         return tuple(found)
     moving = known or judge_stillness(recording)
@@ -171,27 +171,10 @@ def _units(pressure: Signal) -> list[Finding]:
     return [Finding("units", "error", f"A median pressure of {level:.6g} Pa is no air pressure; {hint}.")]
 
 
-def _dead(t: Signal, pressure: Signal) -> list[Finding]:
-    changes = np.flatnonzero(np.diff(pressure))
-    if not len(changes):
-        message = (
-            f"The pressure never changes from {pressure[0]:.6g} Pa; a live barometer is never that quiet."
-        )
-        return [Finding("dead", "error", message)]
-    starts, ends = np.append(0, changes + 1), np.append(changes, len(pressure) - 1)
-    runs = t[ends] - t[starts]  # from first to last sample: a gap is no run
-    longest = int(np.argmax(runs))
-    first, last = starts[longest], ends[longest]
-    alive = np.concatenate((np.diff(pressure[: first + 1]), np.diff(pressure[last:])))
-    usual = float(np.median(np.diff(t[starts])))
-    # a sensor whose noise is below its quantum may honestly stay on one value
-    if runs[longest] < max(STUCK, 50 * usual) or _quantum(pressure) > _noise(alive):
-        return []
-    message = (
-        f"The pressure stands still for {runs[longest]:.4g} s from {t[first]:.4g} s on, but otherwise "
-        f"changes every {usual:.2g} s: the sensor or the logger hung; use the rest of the recording."
-    )
-    return [Finding("dead", "error", message)]
+def _spikes(t: Signal, pressure: Signal) -> list[Finding]:
+    """Check what was built by hand; `read` has dropped the spikes of a file."""
+    spike, count = pressure_spikes(t, pressure)
+    return [spike_note(t, pressure, spike, count, dropped=False)] if count else []
 
 
 def _gaps(t: Signal) -> list[Finding]:
@@ -212,7 +195,7 @@ def _gaps(t: Signal) -> list[Finding]:
 
 def _coarse(pressure: Signal) -> list[Finding]:
     scale = metres_per_pascal(float(np.median(pressure)))
-    quantum, noise = _quantum(pressure) * scale, _noise(np.diff(pressure)) * scale
+    quantum, noise = quantum_of(pressure) * scale, noise_of(np.diff(pressure)) * scale
     if quantum <= noise:
         return []
     message = (
@@ -220,18 +203,6 @@ def _coarse(pressure: Signal) -> list[Finding]:
         "rounding, and a Gaussian model describes it poorly; log with finer resolution if the sensor can."
     )
     return [Finding("coarse-quantisation", "warning", message)]
-
-
-def _quantum(pressure: Signal) -> float:
-    """Return the smallest difference of two values, Pa; differences of rounding don't count."""
-    steps = np.diff(np.unique(pressure))
-    steps = steps[steps > 1e-9 * abs(pressure[0])]
-    return float(steps.min()) if len(steps) else 0.0
-
-
-def _noise(differences: Signal) -> float:
-    """Return the sd of the noise that is not drift from the differences of neighbouring samples."""
-    return float(np.sqrt(np.mean(differences**2) / 2)) if len(differences) else 0.0
 
 
 def _warm_up(t: Signal, height: Signal) -> list[Finding]:
@@ -245,13 +216,14 @@ def _warm_up(t: Signal, height: Signal) -> list[Finding]:
     off = means - np.median(means[10:])
     # from the first part to the middle of the second half a random walk goes sqrt(15) steps, and the steps of
     # its means are sqrt(2/3) of its own
-    limit = max(WARMING * step * np.sqrt(15 * 3 / 2), _noise(np.diff(height)))
+    limit = max(WARMING * step * np.sqrt(15 * 3 / 2), noise_of(np.diff(height)))
     settling = np.all(np.diff(means[:4]) * off[0] < 0)
     if abs(off[0]) < limit or not settling:
         return []
     warm = int(np.flatnonzero(np.abs(off) <= WARMING * step)[0])
     message = (
         f"The height starts {abs(off[0]):.2g} m {'above' if off[0] > 0 else 'below'} its level in the second "
-        f"half and settles: the sensor was warming up; drop the first {warm / 20 * (t[-1] - t[0]):.0f} s."
+        f"half and settles: the sensor was warming up; drop the first {warm / 20 * (t[-1] - t[0]):.0f} s, or "
+        "take it out with baroarma.warm_up(rest).compensate()."
     )
     return [Finding("warm-up", "warning", message)]

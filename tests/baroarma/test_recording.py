@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from baroarma import Recording
+from baroarma.finding import Finding
 
 
 def make(n=10, **signals):
@@ -67,3 +68,11 @@ def test_a_slice_shares_memory_and_stays_read_only_and_backwards_is_refused():
         part.pressure[0] = 0.0
     with pytest.raises(ValueError, match="time must increase"):
         whole.rows(slice(None, None, -1))
+
+
+def test_noting_adds_findings_and_shares_the_signals():
+    log = Recording(t=[0.0, 1.0], pressure=[1e5, 1e5], notes=(Finding("a", "info", "One."),))
+    noted = log.noting(Finding("b", "warning", "Two."))
+    assert [note.code for note in noted.notes] == ["a", "b"]
+    assert noted.pressure is log.pressure
+    assert len(log.notes) == 1

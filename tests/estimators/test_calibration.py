@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from baroarma.estimators.calibration import calibrate
+from baroarma.local_gravity import gravity
 from baroarma.recording import Recording
 
 SCALE, OFFSET, BIAS = (
@@ -120,3 +121,26 @@ def test_it_is_written_as_json_and_as_text():
     assert document["gyro_bias_sd_rad_s"] == list(found.gyro_bias_sd)
     assert found.summary().startswith(f"{found.rests} rests, residual ")
     assert f"x: scale {found.accel_scale[0]:.5f} ± " in found.summary()
+
+
+def test_scales_and_offsets_are_proportional_to_the_gravity_that_is_given():
+    recording = turned(2)
+    standard, polar = calibrate(recording), calibrate(recording, gravity=gravity(90.0))
+    ratio = gravity(90.0) / 9.80665
+    # the model is homogeneous of degree one; 1e-6 is what the solver leaves, a thousandth of the scales' sds
+    assert np.allclose(polar.accel_scale, ratio * np.array(standard.accel_scale), rtol=1e-6)
+    assert np.allclose(polar.accel_offset, ratio * np.array(standard.accel_offset), rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("field", "factor", "says"),
+    [
+        ("accel", 1 / 9.80665, "not about 9.8: the accelerometer's unit is wrong"),
+        ("accel", 0.0, "gravity was taken out"),
+        ("gyro", 180 / np.pi, "looks like deg/s"),
+    ],
+)
+def test_another_unit_is_no_matter_of_calibration(field, factor, says):
+    log = turned(1, gyro_sd=1e-4)
+    with pytest.raises(ValueError, match=says):
+        calibrate(replace(log, **{field: getattr(log, field) * factor}))

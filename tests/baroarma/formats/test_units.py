@@ -13,7 +13,7 @@ from baroarma.formats.units import unit_findings
 def recording(pressure=101_325.0, accel=(0.0, 0.0, 9.8), gyro=(0.0, 0.0, 1.0), start=0.0):
     n = 5
     return Recording(
-        t=start + np.arange(n),
+        t=start + np.arange(n) / 50,
         pressure=np.full(n, pressure),
         accel=np.tile(accel, (n, 1)),
         gyro=np.tile(gyro, (n, 1)),
@@ -28,12 +28,15 @@ def test_pressures_from_thirty_kilometres_to_a_mine_are_plausible(pressure):
 @pytest.mark.parametrize(
     ("pressure", "cure"),
     [
-        (1013.25, "look like hPa: name the column pressure_hpa"),
+        (1013.25, "look like hPa (mbar): name the column pressure_hpa"),
         (305.0, "look like hPa"),
         (101.3, "look like kPa: multiply them by 1000"),
         (101_325e2, "Pa under the label hPa: name the column pressure_pa"),
         (7e5, "check what the column holds"),
-        (29.92, "check what the column holds"),
+        (29.92, "look like inches of mercury: multiply them by 3386.39"),
+        (14.7, "look like psi"),
+        (1.013, "look like bar or atm"),
+        (5.0, "may be a gauge"),
     ],
 )
 def test_a_pressure_that_cannot_be_is_an_error_with_a_cure(pressure, cure):
@@ -71,14 +74,17 @@ def test_a_gyro_beyond_all_gyros_is_a_warning():
 
 
 def test_nanoseconds_are_not_seconds_but_unix_time_is_time():
-    (found,) = unit_findings(recording(start=1.7e15))
+    (found,) = unit_findings(replace(recording(), t=1.7e15 + 20.0 * np.arange(5)))
     assert (found.code, found.severity) == ("units", "error")
     assert unit_findings(recording(start=1.7e9)) == ()
 
 
 def test_milliseconds_since_the_start_are_asked_about():
     log = recording()
-    (found,) = unit_findings(replace(log, t=log.t * 20.0))  # 50 Hz in ms
-    assert (found.code, found.severity) == ("units", "warning")
-    assert "20 s apart" in found.message
-    assert unit_findings(replace(log, t=log.t * 2.0)) == ()
+    alone = replace(log, accel=None, gyro=None)
+    for one in (log, alone):
+        (found,) = unit_findings(replace(one, t=one.t * 1000.0))
+        assert (found.code, found.severity) == ("units", "warning")
+        assert "20 s apart" in found.message
+    assert unit_findings(replace(alone, t=log.t * 100.0)) == ()  # a barometer may be read every 2 s
+    assert "2 s apart, slow for an IMU" in unit_findings(replace(log, t=log.t * 100.0))[0].message
