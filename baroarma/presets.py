@@ -213,6 +213,12 @@ def find_preset(name: str) -> Preset:
     ------
     ValueError
         If there is none; the message lists them.
+
+    Examples
+    --------
+    >>> preset = find_preset("sg14-a")
+    >>> preset.attitude, preset.conditioning, preset.height
+    ('quaternion-ekf', 'average', 'complementary')
     """
     if name not in PRESETS:
         raise ValueError(f"there is no preset {name!r}; there are {', '.join(PRESETS)}")

@@ -55,9 +55,9 @@ def colour_measurement(kf: KalmanFilter, noise: NoiseModel | ArmaModel, dt: floa
         Any linear filter with a scalar measurement.  Its R is replaced, the rest is kept; the noise states
         are appended to x.
     noise : NoiseModel or ArmaModel
-        Noise of the samples passed to `update`.  A `NoiseModel` describes raw samples: R is `white_sd`²
-        whatever `dt` is.  When `update` gets averages instead, pass `noise.at_rate(...)`.  An `ArmaModel`
-        holds at its own interval only.
+        Noise of the samples passed to `update`.  A `NoiseModel` describes raw samples: R is the square of
+        `white_sd`, whatever `dt` is.  When `update` gets averages instead, pass `noise.at_rate(...)`.  An
+        `ArmaModel` holds at its own interval only.
     dt : float
         Time that one `predict` takes, s.
 

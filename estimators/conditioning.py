@@ -25,6 +25,9 @@ CONDITIONINGS: Final = ("none", "average", "average+whitening")
 """What a user may choose."""
 AVERAGE: Final = 4
 """Points of the moving average [SG13, SG14: printed]."""
+FARTHEST: Final = 35_000.0
+"""Metres from the start at which no barometer works: 0 Pa from a sensor that restarts is 44 km, a broken
+transfer any number (chosen by us)."""
 SG14_ARMA: Final = ArmaModel(ar=(-0.87,), ma=(-0.50,), sd=1.0, dt=0.1)
 """The whitening filter that the papers really used, DC gain 0.21 (chosen by us from their printed gain)."""
 
@@ -71,9 +74,9 @@ class Conditioner:
         self._stream = whitening.stream() if whitening else None
 
     def step(self, altitude: float) -> float:
-        """Take one altitude in m; NaN (no new sample) gives NaN and changes nothing."""
-        if math.isnan(altitude):
-            return altitude
+        """Take one altitude in m; NaN (no new sample), or one too far, gives NaN and changes nothing."""
+        if not abs(altitude) <= FARTHEST:
+            return math.nan
         self._recent.append(altitude)
         total = 0.0
         for value in self._recent:
@@ -83,6 +86,9 @@ class Conditioner:
 
     def run(self, altitude: NDArray[np.float64]) -> NDArray[np.float64]:
         """Take all altitudes (n,), NaN where there is no new sample."""
+        far = np.abs(altitude) > FARTHEST
+        if far.any():
+            altitude = np.where(far, np.nan, altitude)
         if self._recent.maxlen == 1 and self._stream is None:
             return altitude
         recent, out = np.zeros(self._recent.maxlen or 1), np.empty(len(altitude))

@@ -85,6 +85,14 @@ def attitude_estimator(name: str, **settings: Any) -> AttitudeEstimator:
     ------
     ValueError
         If there is no such estimator, or it has no such setting.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> tilt = attitude_estimator("tilt-kalman")
+    >>> state = tilt.step(dt=0.02, accel=np.array([0.0, 0.0, 9.81]), gyro=np.zeros(3))
+    >>> state.up.round(6).tolist()
+    [0.0, 0.0, 1.0]
     """
     make = _find(name, ATTITUDE, "attitude")
     _check_settings(name, make, settings)
@@ -92,12 +100,24 @@ def attitude_estimator(name: str, **settings: Any) -> AttitudeEstimator:
 
 
 def height_names() -> tuple[str, ...]:
-    """List the height estimators; a plug-in that cannot be loaded is left out with a warning."""
+    """List the height estimators; a plug-in that cannot be loaded is left out with a warning.
+
+    Examples
+    --------
+    >>> height_names()[:3]
+    ('complementary', 'kalman', 'coloured-kalman')
+    """
     return (*HEIGHT, *_working_plugins("height", HEIGHT))
 
 
 def attitude_names() -> tuple[str, ...]:
-    """List the attitude estimators; a plug-in that cannot be loaded is left out with a warning."""
+    """List the attitude estimators; a plug-in that cannot be loaded is left out with a warning.
+
+    Examples
+    --------
+    >>> attitude_names()[:2]
+    ('robust', 'quaternion-ekf')
+    """
     return (*ATTITUDE, *_working_plugins("attitude", ATTITUDE))
 
 

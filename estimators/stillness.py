@@ -53,6 +53,8 @@ LARGEST_SD: Final = (0.2, 0.05)
 """Noise beyond which the rest was none, m/s² and rad/s."""
 
 
+LARGEST: Final = (1000.0, 100.0)
+"""What is no sample but a broken transfer, m/s² and rad/s, as in `attitude.kernels`."""
 SHAKING_TIME: Final = 10.0
 """Time constant of the mean of squared differences, s."""
 SHAKEN: Final = 1.2
@@ -166,7 +168,9 @@ def _run(
     shakes = (SHAKEN * accel_sd) ** 2
     for k in range(len(dt)):
         age, samples, silence = memory[_AGE] + dt[k], memory[_SAMPLES], memory[_SILENCE] + dt[k]
-        if not math.isfinite(f[k, 0] + f[k, 1] + f[k, 2] + w[k, 0] + w[k, 1] + w[k, 2]):
+        force = f[k, 0] * f[k, 0] + f[k, 1] * f[k, 1] + f[k, 2] * f[k, 2]
+        rate = w[k, 0] * w[k, 0] + w[k, 1] * w[k, 1] + w[k, 2] * w[k, 2]
+        if not (force < LARGEST[0] ** 2 and rate < LARGEST[1] ** 2):
             if silence > LONGEST_SILENCE + ROUNDING:
                 age, samples = 0.0, 0.0
         else:

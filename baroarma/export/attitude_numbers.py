@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from baroarma.estimators.attitude import robust_kernels
-from baroarma.estimators.attitude.kernels import LEVELLING_SD, LONGEST_HOLD
+from baroarma.estimators.attitude.kernels import LEAST_FORCE, LEVELLING_SD, LONGEST_HOLD
 from baroarma.estimators.attitude.robust import ACCEL_NOISE_SD, GYRO_NOISE_SD
 from baroarma.export.c_text import Number, Numbers
 
@@ -51,6 +51,12 @@ def robust(attitude: Any) -> Numbers:
         Number("LATENCY", s.latency, "by which IMU samples come late, s"),
         Number("LONGEST_HOLD", LONGEST_HOLD, "a missing sample is replaced by the last one so long, s"),
         Number("LEVELLING_SD", robust_kernels.LEVELLING_SD, "of a tilt taken anew, rad"),
+        Number("LEVELLED_SD", robust_kernels.LEVELLED_SD, "of a tilt by a mean force, rad"),
+        Number("BLIND_TURN", robust_kernels.BLIND_TURN, "so long without gyro the tilt is doubtful, s"),
+        Number("FORCE_JUMP", robust_kernels.FORCE_JUMP, "what jumps by more is to be seen twice, m/s²"),
+        Number("RATE_JUMP", robust_kernels.RATE_JUMP, "likewise, rad/s"),
+        Number("PATIENCE", robust_kernels.PATIENCE, "samples that may be passed over at a stretch"),
+        Number("REGAINED", robust_kernels.REGAINED, "of one more, by each that does not jump"),
         Number("RIDE_SD", robust_kernels.RIDE_SD, "of a velocity of which nothing is known, m/s"),
     )
 
@@ -74,4 +80,5 @@ def _imu(attitude: Any) -> Numbers:
     return (
         Number("ATTITUDE_STATES", int(attitude.dim_x), "size of the attitude filter"),
         Number("LONGEST_HOLD", LONGEST_HOLD, "a missing gyro sample is replaced by the last one so long, s"),
+        Number("LEAST_FORCE", LEAST_FORCE, "a smaller specific force is free fall, m/s²"),
     )

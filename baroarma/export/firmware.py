@@ -21,9 +21,9 @@ from typing import Any, Final, Literal
 from baroarma.atmosphere import EXPONENT, SCALE_HEIGHT, SEA_LEVEL_PRESSURE, STANDARD_GRAVITY
 from baroarma.atomic import replacing
 from baroarma.estimators.attitude.alignment import ENOUGH, PARTS
-from baroarma.estimators.attitude.kernels import LONGEST_HOLD
+from baroarma.estimators.attitude.kernels import LONGEST_HOLD, MOST_FORCE, MOST_RATE
 from baroarma.estimators.base import ROUNDING, UNSEEN_WALK
-from baroarma.estimators.conditioning import Conditioner, conditioner_of
+from baroarma.estimators.conditioning import FARTHEST, Conditioner, conditioner_of
 from baroarma.export.c_text import Number, Numbers, comment
 from baroarma.export.golden import golden_header
 from baroarma.export.parts import ATTITUDES, CONDITIONINGS, HEIGHTS, Part
@@ -198,6 +198,9 @@ def _chain_numbers(preset: Preset) -> Numbers:
         Number("LONGEST_STEP", 3600.0, "a longer interval is refused, s"),
         Number("LARGEST_FORCE", 1e4, "no accelerometer reads more, m/s²"),
         Number("LARGEST_RATE", 1e3, "no gyro reads more, rad/s"),
+        Number("MOST_FORCE", MOST_FORCE, "a longer specific force is no sample, m/s²"),
+        Number("MOST_RATE", MOST_RATE, "nor is a longer rate, rad/s"),
+        Number("FARTHEST", FARTHEST, "what is farther from the start is no altitude, m"),
         Number("STALE", LONGEST_HOLD + ROUNDING, "an older acceleration counts as 0, s"),
         Number("UNSEEN_WALK", UNSEEN_WALK, "how the velocity then wanders, m/s per root second"),
         Number("LEAST_STEP", 1e-6, "s"),

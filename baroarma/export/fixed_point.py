@@ -120,6 +120,14 @@ def quantise(whitening: WhiteningFilter, form: Format) -> FixedPointFilter:
     ------
     ValueError
         If the form is neither, or its pole is so near 1 that the rounded filter would not be stable.
+
+    Examples
+    --------
+    >>> from baroarma.noise_model import NoiseModel
+    >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+    >>> q15 = quantise(noise.whitening_filter(unity_gain_hz=25), "q15")
+    >>> q15.deviation_db() < 0.01  # of the rounded filter's gain from the exact one's
+    True
     """
     if form not in _BITS:
         raise ValueError(f"fixed point is 'q15' or 'q31', not {form!r}")

@@ -12,6 +12,7 @@ from baroarma.estimators import stillness
 from baroarma.estimators.height import bank
 from baroarma.estimators.height.coloured_kalman import LEFT_BIAS_SD, SHAKING_TIME
 from baroarma.estimators.height.complementary import LONGEST_WEIGHT
+from baroarma.estimators.height.drive import BACK, WILD
 from baroarma.estimators.height.kernels import JUMP_TIME
 from baroarma.export.c_text import Number, Numbers
 
@@ -22,6 +23,8 @@ def _drive(height: Any) -> Numbers:
         Number(
             "MIDPOINT", bool(drive.midpoint), "1: integrate the mean of two accelerations; 0: the earlier"
         ),
+        Number("WILD", WILD, "a sample that jumps by more and comes back is taken out, m/s²"),
+        Number("BACK", BACK, "share of the jump within which it is back"),
         Number("ZUPT_STEPS", int(drive.zupt_steps), "quiet steps until there is rest; 0: never"),
         Number("ZUPT_THRESHOLD", float(drive.zupt_threshold), "largest acceleration at rest, m/s²"),
         Number("REST_SD", float(height.rest_sd), "of the velocity at rest, m/s"),

@@ -28,7 +28,18 @@ METRES: Final = metres_per_pascal(100_000.0)
 
 @dataclass(frozen=True)
 class Device:
-    """Hold the sensors of a device; `imu` None: only a barometer."""
+    """Hold the sensors of a device; `imu` None: only a barometer.
+
+    Examples
+    --------
+    A barometer of one's own, with twelve samples a second:
+
+    >>> from baroarma.simulation import simulate
+    >>> noise = NoiseModel(correlated_sd=0.1, correlation_time=2.0, white_sd=0.2, rate_hz=12.5)
+    >>> mine = Device(Barometer(noise, quantum=0.5, rate_hz=12.5, held=False))
+    >>> simulate("rest", duration=10, device=mine, seed=1)
+    <Recording 'rest': 500 rows, 9.98 s, pressure 125 samples at 12.5 Hz, reference>
+    """
 
     barometer: Barometer
     imu: Imu | None = None

@@ -77,7 +77,13 @@ def simulate(
 
 
 def simulate_rest(duration: float = 600.0, **options: Any) -> Recording:
-    """Simulate a rest recording without IMU; options as in `simulate`."""
+    """Simulate a rest recording without IMU; options as in `simulate`.
+
+    Examples
+    --------
+    >>> simulate_rest(10, seed=1)
+    <Recording 'rest': 500 rows, 9.98 s, pressure 500 samples at 50 Hz, reference>
+    """
     return simulate("rest", duration=duration, **{"imu": None, **options})
 
 

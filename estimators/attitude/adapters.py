@@ -61,7 +61,7 @@ class Adapter(AttitudeEstimator):
             new = kernels.is_sample(accel[k])
             self.held[:] = kernels.forget_rate(self.held, dt[k])
             lost = kernels.is_lost(self.held)
-            if lost and new and accel[k].any():
+            if lost and new and kernels.has_vertical(accel[k]):
                 self._start(accel[k])
                 self.held[:] = kernels.levelled(self.held)
             self.held[:] = kernels.take_rate(self.held, gyro[k], bias)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baroarma.atmosphere import STANDARD_GRAVITY
+from baroarma.estimators.attitude.kernels import MOST_FORCE, MOST_RATE
 from baroarma.estimators.base import Alignment
 
 ENOUGH: Final = 8
@@ -55,8 +56,8 @@ def align(t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, *, duration: float = 
     t = np.asarray(t, float)
     early = t - t[:1] < duration
     part = np.floor((t[early] - t[:1]) / duration * PARTS + 1e-6)  # a clock's rounding decides nothing
-    force, force_part = _samples("accelerometer", accel, early, part, duration)
-    rate, rate_part = _samples("gyro", gyro, early, part, duration)
+    force, force_part = _samples("accelerometer", accel, MOST_FORCE, early, part, duration)
+    rate, rate_part = _samples("gyro", gyro, MOST_RATE, early, part, duration)
     mean = force.mean(axis=0)
     modulus = float(np.linalg.norm(mean))
     if modulus < STANDARD_GRAVITY / 2:
@@ -93,13 +94,15 @@ def _sample_sd(rows: NDArray[np.float64]) -> float:
 def _samples(
     sensor: str,
     values: ArrayLike,
+    most: float,
     early: NDArray[np.bool_],
     part: NDArray[np.float64],
     duration: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the rows with a sample, and the part of the alignment that each lies in."""
     rows: NDArray[np.float64] = np.asarray(values, float)[early]
-    there = np.isfinite(rows).all(axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        there = np.sum(rows**2, axis=1) < most**2
     if not there.any():
         raise ValueError(
             f"there is no {sensor} sample in the first {duration:g} s; align over a longer duration or cut "

@@ -31,6 +31,13 @@ LONGEST_HOLD: Final = 0.5
 which a limb's turn comes to its end).  After a longer gap the next specific force gives the tilt anew."""
 LEVELLING_SD: Final = 0.1
 """Error of that tilt in `TiltKalman`, rad (chosen by us): the body may be accelerated by 1 m/s² sideways."""
+MOST_FORCE: Final = 1000.0
+"""Specific force, m/s², that is no sample but a broken transfer (chosen by us): 100 g, where such sensors end
+at 32."""
+LEAST_FORCE: Final = 1.0
+"""Specific force, m/s², below which a body falls freely and none points up (chosen by us)."""
+MOST_RATE: Final = 100.0
+"""Angular rate, rad/s, likewise: 5700 °/s, where gyros end at 4000."""
 
 
 class EkfSettings(NamedTuple):
@@ -102,8 +109,20 @@ def _lever(i: int, accel: Array, along: float, up: Array, jacobian: Array) -> fl
 
 @njit(cache=True)
 def is_sample(v: Array) -> bool:
-    """Return whether all three components are there."""
-    return math.isfinite(v[0]) and math.isfinite(v[1]) and math.isfinite(v[2])
+    """Return whether all three components of a specific force are there, and can be."""
+    return bool(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] < MOST_FORCE**2)
+
+
+@njit(cache=True)
+def has_vertical(force: Array) -> bool:
+    """Return whether a specific force is no free fall's."""
+    return bool(force[0] ** 2 + force[1] ** 2 + force[2] ** 2 > LEAST_FORCE**2)
+
+
+@njit(cache=True)
+def is_rate(v: Array) -> bool:
+    """Return whether all three components of an angular rate are there, and can be."""
+    return bool(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] < MOST_RATE**2)
 
 
 @njit(cache=True)
@@ -145,7 +164,7 @@ def is_lost(held: Vector) -> bool:
 @inlined
 def take_rate(held: Vector, gyro: Array, bias: Array) -> Vector:
     """Return `held` with gyro - bias for the next interval, if there is a sample.  A lost tilt stays lost."""
-    if not is_sample(gyro):
+    if not is_rate(gyro):
         return held[0], held[1], held[2], held[3]
     return gyro[0] - bias[0], gyro[1] - bias[1], gyro[2] - bias[2], held[3] if is_lost(held) else 0.0
 
@@ -232,7 +251,7 @@ def level_quaternion(x: Array, P: Array, accel: Array, sd: float) -> bool:
 
     A wide covariance would be wrong here: a single component inside the gate could then turn the tilt away.
     """
-    if not accel.any():
+    if not has_vertical(accel):
         return False
     fill_level(x[:4], accel)
     fill_turn_covariance(P, x[:4], sd)
@@ -560,7 +579,7 @@ def store_belief(belief: EkfBelief, x: Array, P: Array) -> None:
 @njit(cache=True)
 def level_vertical(Z: Array, P: Array, accel: Array) -> bool:
     """Level Z by this specific force, with the covariance of levelling; return False in free fall."""
-    if not accel.any():
+    if not has_vertical(accel):
         return False
     Z[:] = accel
     normalise(Z)

@@ -53,7 +53,7 @@ class RobustState(NamedTuple):
     held: Array
     """Last angular rate (3, body axes) and last specific force (3, world axes)."""
     age: Array
-    """Seconds since the last gyro sample, the last accelerometer sample, the last levelling."""
+    """Seconds since the last gyro sample, accelerometer sample, levelling; 1 where the tilt is doubtful."""
     flow: Array
     """What bias and scale (6 columns) have done to tilt (2 rows), velocity (2) and its integral (2)."""
     sums: Array
@@ -64,6 +64,8 @@ class RobustState(NamedTuple):
     Q: Array
     H: Array
     R: Array
+    doubt: Array
+    """Of forces and rates, (2, 4): how many may be passed over, and the last that was."""
 
 
 FORCE, DOUBLE_FORCE, TILT_VARIANCE, VELOCITY_VARIANCE, WAY, START = 0, 1, 2, 3, 4, 6
@@ -77,10 +79,26 @@ PUSH_BEND: Final = 6.0
 """How far a trapezoid misses a change of velocity, likewise, m/s⁴ (chosen by us: 2 m/s² to and fro)."""
 PERSISTENCE: Final = 1.0
 """How long the errors keep their sign that are a share of rate or acceleration, s (chosen by us)."""
+MOST_FORCE: Final = 1000.0
+"""Specific force, m/s², that is no sample but a broken transfer, as in `kernels`;"""
+MOST_RATE: Final = 100.0
+"""likewise of a rate, rad/s."""
+FORCE_JUMP: Final = 30.0
+"""A force that differs by more, m/s², from the last one has to be seen twice (chosen by us: 3 g);"""
+RATE_JUMP: Final = 3.0
+"""likewise of a rate, rad/s (chosen by us: at 50 Hz a single wrong one tilts by 3 degrees)."""
+PATIENCE: Final = 4.0
+"""So many samples may be passed over at a stretch,"""
+REGAINED: Final = 0.1
+"""and so much of one more with every sample that does not jump: what shakes is believed (chosen by us)."""
 UNUSUAL: Final = 3.0
 """From so many sds on a velocity counts as a ride (chosen by us)."""
 LEVELLING_SD: Final = 0.1
 """Error of a tilt taken anew, rad (chosen by us): the body may be accelerated by 1 m/s² sideways."""
+LEVELLED_SD: Final = 0.05
+"""The same of the tilt by a mean force, rad (chosen by us): who walks is hardly accelerated on average."""
+BLIND_TURN: Final = 0.3
+"""After so many seconds without gyro the tilt is as doubtful as one taken anew (chosen by us)."""
 RIDE_SD: Final = 10.0
 """Velocity of which nothing is known, m/s (chosen by us)."""
 
@@ -145,6 +163,8 @@ def rotate(
     late, gx, gy, gz = 0.0, held[0], held[1], held[2]
     if is_sample(gyro):
         late, gx, gy, gz = 0.5 * age[0], gyro[0], gyro[1], gyro[2]
+        if age[0] > BLIND_TURN:
+            age[3] = 1.0
         sums[TILT_VARIANCE] += (s.gyro_noise_sd * age[0]) ** 2 + (TURN_BEND * age[0] ** 3) ** 2
         age[0] = 0.0
     x = (1 - estimate[5]) * ((held[0] - estimate[2]) * dt + (gx - held[0]) * late)
@@ -319,7 +339,9 @@ def is_lost(s: RobustSettings, m: RobustState) -> bool:
 
 
 @njit(cache=True)
-def level_anew(fx: float, fy: float, fz: float, s: RobustSettings, m: RobustState, C: Array) -> bool:
+def level_anew(
+    fx: float, fy: float, fz: float, sd: float, s: RobustSettings, m: RobustState, C: Array
+) -> bool:
     """Take the tilt from a specific force, body axes; return False in free fall, which has no vertical."""
     if math.sqrt(fx * fx + fy * fy + fz * fz) < 0.5 * s.gravity:
         return False
@@ -328,7 +350,7 @@ def level_anew(fx: float, fy: float, fz: float, s: RobustSettings, m: RobustStat
     m.P[:4, :] = 0.0
     m.P[:, :4] = 0.0
     for i in range(2):
-        m.P[i, i], m.P[2 + i, 2 + i] = LEVELLING_SD**2, RIDE_SD**2
+        m.P[i, i], m.P[2 + i, 2 + i] = sd**2, RIDE_SD**2
     m.estimate[0] = m.estimate[1] = 0.0
     begin(m)
     return True
@@ -344,7 +366,7 @@ def level_by_mean(s: RobustSettings, m: RobustState, C: Array) -> bool:
         C[0, 0] * x + C[1, 0] * y + C[2, 0] * z,
         C[0, 1] * x + C[1, 1] * y + C[2, 1] * z,
         C[0, 2] * x + C[1, 2] * y + C[2, 2] * z,
-        s, m, C,
+        LEVELLED_SD, s, m, C,
     )  # fmt: skip
 
 
@@ -361,16 +383,18 @@ def restart(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Arr
 
 @njit(cache=True)
 def recover(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Array) -> None:
-    """Take a lost tilt anew from this row's specific force, if there is one."""
-    if is_sample(accel) and level_anew(accel[0], accel[1], accel[2], s, m, C):
+    """Take a lost tilt anew from this row's specific force, if there is one; until a mean force gives it."""
+    if is_sample(accel) and level_anew(accel[0], accel[1], accel[2], LEVELLING_SD, s, m, C):
         restart(accel, gyro, s, m, C)
+        m.age[3] = 1.0
 
 
 @njit(cache=True)
 def end_interval(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Array, work: Array) -> None:
-    """Level; a tilt that must be wrong is taken anew from the interval's mean force."""
-    if is_lost(s, m) and level_by_mean(s, m, C):
+    """Level; a tilt that is doubtful or must be wrong is taken anew from the interval's mean force."""
+    if (m.age[3] > 0.0 or is_lost(s, m)) and level_by_mean(s, m, C):
         restart(accel, gyro, s, m, C)
+        m.age[3] = 0.0
     else:
         level(s, m, C, work)
 
@@ -412,6 +436,59 @@ def project(
 
 
 @njit(cache=True)
+def screen(
+    accel: Array, gyro: Array, held: Array, doubt: Array, C: Array, force: Array, rate: Array
+) -> float:
+    """Write this row's force and rate as far as they are believed, NaN where they are not.
+
+    A transfer breaks, and a sample is wild; a knock is wild, too.  So what jumps is believed when it is seen
+    again.  All six exactly 0 is a sensor that restarts.  Returns by how much a doubted force jumped, m/s².
+    """
+    restarts = is_zero(accel) and is_zero(gyro)
+    there, turns = is_within(accel, MOST_FORCE) and not restarts, is_within(gyro, MOST_RATE) and not restarts
+    jump, turning = 0.0, 0.0
+    for i in range(3):
+        force[i] = accel[i] if there else math.nan
+        jump += (C[i, 0] * accel[0] + C[i, 1] * accel[1] + C[i, 2] * accel[2] - held[3 + i]) ** 2
+        turning += (gyro[i] - held[i]) ** 2
+    turns = turns and not is_doubted(gyro, turning, RATE_JUMP, doubt[1])
+    for i in range(3):
+        rate[i] = gyro[i] if turns else math.nan
+    if there and is_doubted(accel, jump, FORCE_JUMP, doubt[0]):
+        return math.sqrt(jump)
+    return 0.0
+
+
+@njit(cache=True)
+def is_within(v: Array, most: float) -> bool:
+    """Return whether a sample is there, and no longer than a sensor can tell."""
+    return bool(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] < most * most)
+
+
+@njit(cache=True)
+def is_zero(v: Array) -> bool:
+    """Return whether all three components are exactly 0."""
+    return bool(v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0)
+
+
+@njit(cache=True)
+def is_doubted(v: Array, jump: float, most: float, doubt: Array) -> bool:
+    """Return whether a sample whose jump has this square is to be seen again first."""
+    again = 0.0
+    for i in range(3):
+        again += (v[i] - doubt[1 + i]) ** 2
+    if jump > most * most and doubt[0] >= 1.0 and not again < most * most:
+        doubt[0] -= 1.0
+        for i in range(3):
+            doubt[1 + i] = v[i]
+        return True
+    if jump <= most * most:
+        doubt[0] = min(doubt[0] + REGAINED, PATIENCE)
+    doubt[1] = math.nan
+    return False
+
+
+@njit(cache=True)
 def run_robust(
     dt: Array,
     accel: Array,
@@ -423,22 +500,27 @@ def run_robust(
     vertical_sd: Array,
 ) -> None:
     """Run the filter over all samples; its memory `m` goes on, the last three are filled."""
-    C, work = np.empty((3, 3)), np.empty((5, STATES))
+    C, work, f, w = np.empty((3, 3)), np.empty((5, STATES)), np.empty(3), np.empty(3)
     q, estimate, held, age, flow, sums, P = m.q, m.estimate, m.held, m.age, m.flow, m.sums, m.P
     fill_rotation(C, q)
     for k in range(len(dt)):
-        f, T = accel[k], dt[k]
+        T = dt[k]
         for i in range(3):
             age[i] += T
+        jump = screen(accel[k], gyro[k], held, m.doubt, C, f, w)
         if age[0] <= s.longest_hold:
-            rotate(T, gyro[k], s, q, estimate, held, age, flow, sums, C)
+            rotate(T, w, s, q, estimate, held, age, flow, sums, C)
             fx = C[0, 0] * f[0] + C[0, 1] * f[1] + C[0, 2] * f[2]
             fy = C[1, 0] * f[0] + C[1, 1] * f[1] + C[1, 2] * f[2]
             fz = C[2, 0] * f[0] + C[2, 1] * f[1] + C[2, 2] * f[2]
+            if jump > 0.0:  # passed over, but it may have been true
+                fx = math.nan
+                sums[VELOCITY_VARIANCE] += (jump * T) ** 2
             accelerate(T, fx, fy, fz, s, estimate, held, age, flow, sums)
             travel(T, estimate, flow, sums)
-            if age[2] > 0 and age[2] > s.interval - ROUNDING:
-                end_interval(f, gyro[k], s, m, C, work)
+            interval = s.interval if age[3] == 0.0 else 0.5 * s.interval
+            if age[2] > 0 and age[2] > interval - ROUNDING:
+                end_interval(f, w, s, m, C, work)
         else:
-            recover(f, gyro[k], s, m, C)
+            recover(f, w, s, m, C)
         vertical[k], vertical_sd[k] = project(f, s, estimate, held, sums, P, C, ups[k])

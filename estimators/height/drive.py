@@ -3,6 +3,9 @@
 Between t_{k-1} and t_k the papers integrate the *previous* sample (Euler: SG14 Eq. 24, Lee16 Eq. 11), which
 lags by half an interval; the midpoint (a_{k-1} + a_k)/2 doesn't.  A missing sample repeats the last one.
 
+A sample that is wild between two that agree is taken out again as soon as the second of them comes: what it
+did to the velocity lasts for a row.  (A knock may be as short, and then is lost.)
+
 Lee16's zero-velocity rule: at rest when |a| < 0.1 m/s² on the closed interval of n = 12 steps, that is for
 n + 1 samples in a row [Lee16, Eq. 14].
 """
@@ -10,12 +13,18 @@ n + 1 samples in a row [Lee16, Eq. 14].
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 Signal = NDArray[np.float64]
+WILD: Final = 50.0
+"""A sample that differs by so much from the one before, m/s², and the next one doesn't: a broken transfer, or
+a knock shorter than the interval (chosen by us: 5 g)."""
+BACK: Final = 0.2
+"""Share of the jump within which the next one is back (chosen by us)."""
 
 
 class Drive:
@@ -41,21 +50,22 @@ class Drive:
 
     def reset(self) -> None:
         """Forget all samples."""
-        self.last, self.quiet = 0.0, 0
+        self.before, self.last, self.quiet = 0.0, 0.0, 0
 
     def step(self, acceleration: float) -> tuple[float, float, bool]:
         """Take a sample (m/s² or NaN); return what drives the step that ends here, and the rest of `rows`."""
-        u, change, at_rest, self.last, self.quiet = _next(
-            float(acceleration), self.last, self.quiet, self.midpoint, self._steps, self.zupt_threshold
-        )
+        memory = self.before, self.last, self.quiet
+        rule = self.midpoint, self._steps, self.zupt_threshold
+        u, change, at_rest, self.before, self.last, self.quiet = _next(float(acceleration), *memory, *rule)
         return u, change, at_rest
 
     def rows(self, acceleration: Signal) -> tuple[Signal, Signal, NDArray[np.bool_]]:
         """Take samples (n,); return what drives each step, how much it changed meanwhile, whether at rest."""
         n = len(acceleration)
         inputs, change, at_rest = np.empty(n), np.empty(n), np.zeros(n, np.bool_)
-        self.last, self.quiet = _drive(
+        self.before, self.last, self.quiet = _drive(
             acceleration,
+            self.before,
             self.last,
             self.quiet,
             self.midpoint,
@@ -84,18 +94,24 @@ def nominal_interval(dt: float | None) -> float:
 
 @njit(cache=True)
 def _next(
-    a: float, last: float, quiet: int, midpoint: bool, steps: int, threshold: float
-) -> tuple[float, float, bool, float, int]:
-    """Take one sample; return what `Drive.step` does, the sample to be held, and for how many it is quiet."""
+    a: float, before: float, last: float, quiet: int, midpoint: bool, steps: int, threshold: float
+) -> tuple[float, float, bool, float, float, int]:
+    """Take one sample; return what `Drive.step` does, the last two samples, and for how many it is quiet."""
     now = last if math.isnan(a) else a
     quiet = quiet + 1 if abs(now) < threshold else 0
+    change, jump = abs(now - last), abs(last - before)
+    if jump > WILD and abs(now - before) < BACK * jump:  # the midpoint has had half of it
+        last = 2 * before - last if midpoint else before
+    else:
+        before = last
     u = (last + now) / 2 if midpoint else last
-    return u, abs(now - last), steps >= 0 and quiet > steps, now, quiet
+    return u, change, steps >= 0 and quiet > steps, before, now, quiet
 
 
 @njit(cache=True)
 def _drive(
     a: Signal,
+    before: float,
     last: float,
     quiet: int,
     midpoint: bool,
@@ -104,7 +120,9 @@ def _drive(
     inputs: Signal,
     change: Signal,
     at_rest: NDArray[np.bool_],
-) -> tuple[float, int]:
+) -> tuple[float, float, int]:
     for k in range(len(a)):
-        inputs[k], change[k], at_rest[k], last, quiet = _next(a[k], last, quiet, midpoint, steps, threshold)
-    return last, quiet
+        inputs[k], change[k], at_rest[k], before, last, quiet = _next(
+            a[k], before, last, quiet, midpoint, steps, threshold
+        )
+    return before, last, quiet

@@ -77,3 +77,12 @@ def test_nothing_is_done_when_nothing_is_asked_for():
     conditioner = conditioner_of("none", ArmaModel, 50.0)  # the noise is not even looked at
     assert np.array_equal(conditioner.run(z), z, equal_nan=True)
     assert conditioner.whitening is None
+
+
+def test_what_is_farther_than_any_barometer_works_is_no_sample():
+    altitude = np.array([1.0, 44_300.0, 3.0, -2e5])  # 0 Pa and 1e9 Pa from a broken transfer
+    for average in (1, 2):
+        whole, rows = Conditioner(average=average), Conditioner(average=average)
+        out = whole.run(altitude)
+        np.testing.assert_array_equal(np.isnan(out), [False, True, False, True])
+        np.testing.assert_array_equal(out, [rows.step(float(z)) for z in altitude])

@@ -1,8 +1,9 @@
 /* ---- what both attitude filters do with their samples --------------------------------------------------- */
 
-static int is_zero(const real v[3])
+/* Whether a specific force is no free fall's. */
+static int has_vertical(const real force[3])
 {
-    return !(FABS(v[0]) > 0 || FABS(v[1]) > 0 || FABS(v[2]) > 0);
+    return dot(force, force) > square(BAROARMA_LEAST_FORCE);
 }
 
 /* Grow older by dt; whether the last gyro sample is too old to be held, and then forget it. */
@@ -19,7 +20,7 @@ static int forget_rate(baroarma_rate *held, real dt)
 static void take_rate(baroarma_rate *held, const real gyro[3])
 {
     int i;
-    if (!is_sample(gyro)) return;
+    if (!is_rate(gyro)) return;
     for (i = 0; i < 3; i++) held->rate[i] = gyro[i] - held->bias[i];
     if (held->age <= BAROARMA_LONGEST_HOLD) held->age = 0;
 }

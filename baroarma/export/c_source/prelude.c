@@ -58,9 +58,16 @@ static void normalise(real *v, int n)
     for (i = 0; i < n; i++) v[i] /= sum;
 }
 
+/* Whether a specific force is there, and can be. */
 static int is_sample(const real v[3])
 {
-    return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
+    return dot(v, v) < square(BAROARMA_MOST_FORCE);
+}
+
+/* Whether an angular rate is there, and can be. */
+static int is_rate(const real v[3])
+{
+    return dot(v, v) < square(BAROARMA_MOST_RATE);
 }
 
 /* Sum up time, s.  The second number keeps what a float is too coarse for, so that no decision falls a sample

@@ -88,7 +88,7 @@ static void fill_noise(real Q[7][7], const real x[7], real P[7][7], real dt)
 /* After a long gap of the gyro the specific force gives the tilt anew; free fall has no vertical. */
 static void level(baroarma_attitude *s, const real accel[3])
 {
-    if (is_zero(accel)) return;
+    if (!has_vertical(accel)) return;
     fill_level(s->x, accel);
     fill_turn_covariance(s->P, s->x, square(BAROARMA_INITIAL_QUATERNION_SD));
     s->held.age = 0;

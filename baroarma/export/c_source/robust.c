@@ -71,6 +71,12 @@ static real noise_variance(real setting, real aligned, real usual)
     return square(setting > 0 ? setting : aligned > 0 ? aligned : usual);
 }
 
+static void doubt_nothing(baroarma_suspect *doubt)
+{
+    doubt->patience = BAROARMA_PATIENCE;
+    doubt->open = 0;
+}
+
 static void attitude_start(baroarma_attitude *s, const baroarma_rest *rest)
 {
     const real told = isnan(rest->gyro_bias_sd) ? 0 : rest->gyro_bias_sd;
@@ -84,6 +90,9 @@ static void attitude_start(baroarma_attitude *s, const baroarma_rest *rest)
     }
     set_clock(&s->rate_age, 0);
     set_clock(&s->force_age, 0);
+    doubt_nothing(&s->rate_doubt);
+    doubt_nothing(&s->force_doubt);
+    s->unsure = 0;
     begin(s);
     for (i = 0; i < ERRORS; i++) {
         for (j = 0; j < ERRORS; j++) s->P[i][j] = 0;
@@ -100,10 +109,52 @@ static real gap_variance(real noise, real bend, real gap)
     return noise * square(gap) + square(bend * gap * gap * gap);
 }
 
+static real distance_squared(const real a[3], const real b[3])
+{
+    const real d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    return dot(d, d);
+}
+
+/* Whether a sample whose jump has this square is to be seen again first. */
+static int is_doubted(baroarma_suspect *doubt, const real v[3], real jump, real most)
+{
+    const int again = doubt->open && distance_squared(v, doubt->sample) < square(most);
+    int i;
+    if (jump > square(most) && doubt->patience >= 1 && !again) {
+        doubt->patience -= 1;
+        for (i = 0; i < 3; i++) doubt->sample[i] = v[i];
+        doubt->open = 1;
+        return 1;
+    }
+    if (jump <= square(most)) doubt->patience += BAROARMA_REGAINED;
+    if (doubt->patience > BAROARMA_PATIENCE) doubt->patience = BAROARMA_PATIENCE;
+    doubt->open = 0;
+    return 0;
+}
+
+/* Write this row's force and rate as far as they are believed, NaN where they are not; by how much a doubted
+ * force jumped, m/s^2.  All six exactly 0 is a sensor that restarts. */
+static real screen(
+    baroarma_attitude *s, real C[3][3], const real accel[3], const real gyro[3], real force[3], real rate[3])
+{
+    const int restarts = dot(accel, accel) <= 0 && dot(gyro, gyro) <= 0;
+    const int there = is_sample(accel) && !restarts;
+    int turns = is_rate(gyro) && !restarts, i;
+    real world[3], jump;
+    to_world(world, C, accel);
+    jump = distance_squared(world, s->force);
+    turns = turns && !is_doubted(&s->rate_doubt, gyro, distance_squared(gyro, s->rate), BAROARMA_RATE_JUMP);
+    for (i = 0; i < 3; i++) {
+        force[i] = there ? accel[i] : NO_SAMPLE;
+        rate[i] = turns ? gyro[i] : NO_SAMPLE;
+    }
+    return there && is_doubted(&s->force_doubt, accel, jump, BAROARMA_FORCE_JUMP) ? SQRT(jump) : 0;
+}
+
 /* Turn by the trapezoid of two rates.  Between samples the last rate is held; the next one makes up for it. */
 static void rotate(baroarma_attitude *s, real C[3][3], real dt, const real gyro[3])
 {
-    const int sampled = is_sample(gyro);
+    const int sampled = is_rate(gyro);
     const real late = sampled ? s->rate_age.time / 2 : 0;
     real angle[3];
     int i, j;
@@ -114,6 +165,7 @@ static void rotate(baroarma_attitude *s, real C[3][3], real dt, const real gyro[
         s->rate[j] = next;
     }
     if (sampled) {
+        if (s->rate_age.time > BAROARMA_BLIND_TURN) s->unsure = 1;
         s->tilt_variance += gap_variance(s->gyro_noise, BAROARMA_TURN_BEND, s->rate_age.time);
         set_clock(&s->rate_age, 0);
     }
@@ -129,9 +181,9 @@ static void rotate(baroarma_attitude *s, real C[3][3], real dt, const real gyro[
 }
 
 /* Add the trapezoid of two world forces to the velocity; a missing one is held, but not for long. */
-static void accelerate(baroarma_attitude *s, real C[3][3], real dt, const real accel[3])
+static void accelerate(baroarma_attitude *s, real C[3][3], real dt, const real accel[3], int believed)
 {
-    const int sampled = is_sample(accel), known = s->force_age.time <= BAROARMA_LONGEST_HOLD;
+    const int sampled = believed && is_sample(accel), known = s->force_age.time <= BAROARMA_LONGEST_HOLD;
     const real late = sampled ? s->force_age.time / 2 : 0;
     real force[3], by[3];
     int i;
@@ -263,7 +315,7 @@ static void restart(baroarma_attitude *s, real C[3][3], const real accel[3], con
 {
     int i;
     for (i = 0; i < 3; i++) {
-        s->rate[i] = is_sample(gyro) ? gyro[i] : s->estimate[2 + i];
+        s->rate[i] = is_rate(gyro) ? gyro[i] : s->estimate[2 + i];
         s->force[i] = i == 2 ? s->gravity : 0;
     }
     if (is_sample(accel)) to_world(s->force, C, accel);
@@ -272,7 +324,7 @@ static void restart(baroarma_attitude *s, real C[3][3], const real accel[3], con
 }
 
 /* Take the tilt from a specific force, body axes; 0 in free fall, which has no vertical. */
-static int level_anew(baroarma_attitude *s, real C[3][3], const real force[3])
+static int level_anew(baroarma_attitude *s, real C[3][3], const real force[3], real sd)
 {
     int i, j;
     if (SQRT(dot(force, force)) < s->gravity / 2) return 0;
@@ -285,7 +337,7 @@ static int level_anew(baroarma_attitude *s, real C[3][3], const real force[3])
         }
     }
     for (i = 0; i < 2; i++) {
-        s->P[i][i] = square(BAROARMA_LEVELLING_SD);
+        s->P[i][i] = square(sd);
         s->P[2 + i][2 + i] = square(BAROARMA_RIDE_SD);
         s->estimate[i] = 0;
     }
@@ -299,15 +351,16 @@ static int is_lost(const baroarma_attitude *s)
     return HYPOT(s->estimate[0], s->estimate[1]) > BAROARMA_TOP_SPEED || s->push < 0;
 }
 
-/* Level; a tilt that must be wrong is taken anew from the interval's mean force. */
+/* Level; a tilt that is doubtful or must be wrong is taken anew from the interval's mean force. */
 static void end_interval(baroarma_attitude *s, real C[3][3], const real accel[3], const real gyro[3])
 {
     const real T = s->age.time;
     const real mean[3] = {(s->estimate[0] - s->start[0]) / T, (s->estimate[1] - s->start[1]) / T, s->push / T};
     real force[3];
     to_body(force, C, mean);
-    if (is_lost(s) && level_anew(s, C, force)) {
+    if ((s->unsure || is_lost(s)) && level_anew(s, C, force, BAROARMA_LEVELLED_SD)) {
         restart(s, C, accel, gyro);
+        s->unsure = 0;
     } else {
         level(s, C);
     }
@@ -334,23 +387,27 @@ static void fill_ahead(const baroarma_attitude *s, real up[3], real C[3][3])
  * accelerometer feels beside gravity is projected on the vertical ahead: gravity arrives as late as the rate. */
 static real attitude_step(baroarma_attitude *s, real dt, const real accel[3], const real gyro[3], real up[3])
 {
-    real C[3][3], felt[3];
+    real C[3][3], felt[3], force[3], rate[3], jump;
     int i;
     tick(&s->rate_age, dt);
     tick(&s->force_age, dt);
     tick(&s->age, dt);
     fill_rotation(C, s->q);
+    jump = screen(s, C, accel, gyro, force, rate);
     if (s->rate_age.time <= BAROARMA_LONGEST_HOLD) {
-        rotate(s, C, dt, gyro);
-        accelerate(s, C, dt, accel);
+        rotate(s, C, dt, rate);
+        if (jump > 0) s->velocity_variance += square(jump * dt); /* passed over, but it may have been true */
+        accelerate(s, C, dt, force, !(jump > 0));
         travel(s, dt);
-        if (s->age.time > 0 && s->age.time > BAROARMA_INTERVAL - BAROARMA_ROUNDING) {
-            end_interval(s, C, accel, gyro);
+        if (s->age.time > 0
+            && s->age.time > BAROARMA_INTERVAL / (s->unsure ? 2 : 1) - BAROARMA_ROUNDING) {
+            end_interval(s, C, force, rate);
         }
-    } else if (is_sample(accel) && level_anew(s, C, accel)) {
-        restart(s, C, accel, gyro);
+    } else if (is_sample(force) && level_anew(s, C, force, BAROARMA_LEVELLING_SD)) {
+        restart(s, C, force, rate);
+        s->unsure = 1;
     }
     fill_ahead(s, up, C);
-    for (i = 0; i < 3; i++) felt[i] = accel[i] - s->gravity * C[2][i];
-    return is_sample(accel) ? dot(felt, up) : NO_SAMPLE;
+    for (i = 0; i < 3; i++) felt[i] = force[i] - s->gravity * C[2][i];
+    return is_sample(force) ? dot(felt, up) : NO_SAMPLE;
 }

@@ -1,8 +1,16 @@
 typedef struct {
+    baroarma_real patience;                 /* how many samples may be passed over */
+    baroarma_real sample[3];                /* the last that was */
+    int open;                               /* whether it is to be seen again */
+} baroarma_suspect;
+
+typedef struct {
     baroarma_real q[4];                     /* body -> world, scalar last */
     baroarma_real estimate[8];              /* horizontal velocity, m/s, gyro bias, rad/s, gyro scale */
     baroarma_real rate[3], force[3];        /* the last ones, rad/s, body axes, and m/s^2, world axes */
     baroarma_clock rate_age, force_age;     /* of these */
+    baroarma_suspect rate_doubt, force_doubt; /* of samples that jump */
+    int unsure;                             /* whether the tilt is doubtful */
     baroarma_clock age;                     /* since the last levelling */
     baroarma_real flow[6][6];               /* what bias and scale have done to tilt, velocity, and its integral */
     baroarma_real push, double_push;        /* first and second integral of the vertical force */

@@ -100,7 +100,7 @@ static real stillness_step(baroarma_stillness *s, real dt, const real accel[3], 
     tick(&s->age, dt);
     tick(&s->silence, dt);
     silent = is_silent(s);
-    if (is_sample(accel) && is_sample(gyro)) {
+    if (is_sample(accel) && is_rate(gyro)) {
         if (!s->begun || silent || !extend_period(s, dt, accel, gyro)) begin_period(s, accel, gyro);
         take_shaking(s, accel);
         set_clock(&s->silence, 0);

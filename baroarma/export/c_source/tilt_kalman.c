@@ -54,7 +54,7 @@ static void attitude_start(baroarma_attitude *s, const baroarma_rest *rest)
 static void level(baroarma_attitude *s, const real accel[3])
 {
     int i;
-    if (is_zero(accel)) return;
+    if (!has_vertical(accel)) return;
     for (i = 0; i < 3; i++) s->up[i] = accel[i];
     normalise(s->up, 3);
     fill_turn(s->P, s->up, square(BAROARMA_LEVELLING_SD));

@@ -65,7 +65,7 @@ static void align(baroarma_state *state, const real accel[3], const real gyro[3]
     early_take(&state->early, s->samples > 0 ? dt : 0, altitude);
     s->samples++;
     if (is_sample(accel)) align_force(s, part, accel);
-    if (is_sample(gyro)) align_rate(s, part, gyro);
+    if (is_rate(gyro)) align_rate(s, part, gyro);
     if (isnan(altitude)) return;
     take_mean(&s->altitude, ++s->altitudes, altitude);
     conditioning_step(&state->conditioning, altitude);
@@ -179,8 +179,10 @@ static int chain_step(baroarma_state *state, const real accel[3], const real gyr
     const real since = state->aligned ? dt : 0; /* the attitude's first step takes no time */
     real up[3], a = attitude_step(&state->attitude, since, accel, gyro, up), z = NO_SAMPLE;
     real sd = stillness_step(&state->stillness, dt, accel, gyro);
-    if (is_sample(accel) && !isfinite(a)) return 0;
-    if (!isnan(altitude)) z = conditioning_step(&state->conditioning, altitude - state->zero);
+    if (!isfinite(up[0] + up[1] + up[2]) || isinf(a)) return 0;
+    if (FABS(altitude - state->zero) <= BAROARMA_FARTHEST) {
+        z = conditioning_step(&state->conditioning, altitude - state->zero);
+    }
     tick(&state->age, dt);
     if (!isnan(a)) set_clock(&state->age, 0);
     if (state->age.time > BAROARMA_STALE || dt > BAROARMA_STALE) sd = unseen_sd(dt);

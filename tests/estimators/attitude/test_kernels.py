@@ -208,3 +208,19 @@ def test_free_fall_shows_no_vertical():
     np.testing.assert_array_equal(x[:4], Q)
     assert kernels.level_vertical(Z, P, np.array([0.0, 9.0, 0.0]))
     np.testing.assert_allclose(Z, [0.0, 1.0, 0.0])
+
+
+def test_what_no_sensor_of_motion_says_is_no_sample():
+    assert kernels.is_sample(np.array([0.0, 0.0, 313.0]))  # 32 g
+    assert not kernels.is_sample(np.array([0.0, 1e6, 9.8]))
+    assert kernels.is_rate(np.array([70.0, 0.0, 0.0]))  # 4000 °/s
+    assert not kernels.is_rate(np.array([0.0, 1e4, 0.0]))
+    for broken in (np.nan, np.inf, -np.inf):
+        assert not kernels.is_sample(np.array([0.0, broken, 9.8]))
+        assert not kernels.is_rate(np.array([0.0, broken, 0.0]))
+
+
+def test_a_force_next_to_nothing_has_no_vertical():
+    Z, P = np.array([0.0, 0.0, 1.0]), np.eye(3)
+    assert not kernels.level_vertical(Z, P, np.array([1e-307, 0.0, 0.0]))  # whose square is 0
+    np.testing.assert_array_equal(Z, [0, 0, 1])

@@ -13,7 +13,7 @@ from baroarma.atmosphere import STANDARD_GRAVITY as G
 from baroarma.estimators import attitude_estimator
 from baroarma.estimators.attitude.alignment import align
 from baroarma.estimators.attitude.robust import ACCEL_NOISE_SD, GYRO_NOISE_SD, RobustAttitude
-from baroarma.estimators.attitude.robust_kernels import ROUNDING, UNUSUAL, WAY
+from baroarma.estimators.attitude.robust_kernels import ROUNDING, UNUSUAL, VELOCITY_VARIANCE, WAY
 from baroarma.estimators.base import UNSEEN_WALK, Alignment
 from baroarma.noise_model import NoiseModel
 from baroarma.rotation import angle_between, up_from_quaternion
@@ -261,7 +261,8 @@ def test_a_fall_keeps_the_tilt():
 def test_without_any_force_there_is_no_vertical_to_take_and_nothing_breaks():
     t = np.arange(0, 20, 0.02)
     accel = np.where((t < 2)[:, None], G * UP, 0.0)
-    gyro = np.where((t < 8)[:, None], np.zeros(3), np.nan)  # after 8.5 s the tilt is lost in free fall
+    # six zeros would be a restart; after 8.5 s the tilt is lost in free fall
+    gyro = np.where((t < 8)[:, None], 1e-3 * UP, np.nan)
     _, run = tracked(t, accel, gyro)
     np.testing.assert_allclose(run.up, np.tile(UP, (len(t), 1)), atol=1e-9)
     np.testing.assert_allclose(run.acceleration[t > 2], -G, atol=1e-9)
@@ -376,3 +377,67 @@ def test_an_impossible_setting_is_refused(name):
 class TestRobustAttitudeKeepsTheContract(AttitudeEstimatorContract):
     def make(self):
         return RobustAttitude()
+
+
+def spiked(signal, rows, value):
+    out = signal.copy()
+    out[rows] = value
+    return out
+
+
+def test_a_single_wild_rate_is_passed_over():
+    t, accel, gyro, up = ideal("squat", duration=20.0)
+    # one sample of 2000 °/s, believed, would turn by 40 degrees; passed over, the trapezoid spans 40 ms
+    _, run = tracked(t, accel, spiked(gyro, slice(400, 1000, 50), [0.0, 35.0, 0.0]))
+    assert angle_between(run.up, up).max() < math.radians(1)
+
+
+def test_a_rate_that_is_seen_twice_is_believed():
+    t, accel, gyro = still(10.0)
+    turned = slice(300, 310)
+    gyro[turned, 0] += math.radians(90) / 0.2  # 90 degrees in ten samples: 7.9 rad/s at once
+    accel[310:] = accel[310:] @ Rotation.from_rotvec([math.radians(90), 0, 0]).as_matrix()
+    _, run = tracked(t, accel, gyro)
+    # late by a sample at the start and at the end, which is made up for
+    assert angle_between(run.up[320], Rotation.from_rotvec([-math.radians(90), 0, 0]).apply(UP)) < 0.02
+
+
+def test_shaking_is_believed_though_it_jumps_from_sample_to_sample():
+    t, accel, gyro = still(20.0)
+    gyro[200:, 1] += np.where(np.arange(len(t) - 200) % 2, 4.0, -4.0)  # to and fro at half the rate
+    _, run = tracked(t, accel, gyro)
+    # were only one half believed, it would turn by 4 rad/s; one sample's turn is 0.08 rad, either way
+    assert angle_between(run.up, UP).max() < 0.2
+
+
+def test_a_single_wild_force_leaves_the_velocity_alone_and_makes_it_doubtful():
+    t, accel, gyro = still(10.0)
+    t, accel, gyro = t[:311], accel[:311], gyro[:311]  # levelled at the 301st row
+    plain, _ = tracked(t, accel, gyro)
+    tilt, _ = tracked(t, spiked(accel, 305, [150.0, 0.0, 0.0]), gyro)
+    # 150 m/s² over 20 ms are 3 m/s
+    assert abs(tilt.estimate[0] - plain.estimate[0]) < 0.01
+    grown = tilt.sums[VELOCITY_VARIANCE] - plain.sums[VELOCITY_VARIANCE]
+    assert grown == pytest.approx((150 * 0.02) ** 2, rel=0.01)
+
+
+def test_a_sensor_that_restarts_reads_six_zeros_and_is_not_falling():
+    t, accel, gyro = still(10.0)
+    off = slice(300, 320)
+    _, run = tracked(t, spiked(accel, off, 0.0), spiked(gyro, off, 0.0))
+    assert np.isnan(run.acceleration[off]).all()
+    assert angle_between(run.up, UP).max() < math.radians(1)
+
+
+@pytest.mark.parametrize("duration", [1.0, 30.0])
+def test_a_tilt_taken_anew_while_walking_is_right_after_a_second(duration):
+    """A single force lies askew by up to 20 degrees in a walk; the mean of a second's does not."""
+    t, accel, gyro, up = ideal("walk", duration=60.0, seed=3)
+    worst = []
+    for start in (20.0, 21.13, 23.3):
+        gone = (t > start) & (t < start + duration)
+        _, run = tracked(t, accel, np.where(gone[:, None], np.nan, gyro))
+        later = t > start + duration + 1.1
+        worst.append(angle_between(run.up, up)[later].max())
+    # a walker who turns is accelerated by 1.4 m/s² for 1.5 s
+    assert max(worst) < 0.15
