@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 WORKERS ?= auto
 
-.PHONY: demo test docs lint typing check clean
+.PHONY: demo test docs fuzz soak lint typing check clean
 
 demo: .venv/user
 	$(BIN)/baroarma demo --out demo
@@ -14,6 +14,14 @@ test: .venv/dev
 
 docs: .venv/dev
 	$(BIN)/sphinx-build -W --keep-going -n -q docs build/docs
+
+# Beside the gate, which runs short versions of these two.
+fuzz: .venv/dev
+	$(BIN)/python -m pip install --quiet -e '.[fuzz]'
+	$(BIN)/python tests/fuzz/fuzz.py --runs 100000 --seed 1
+
+soak: .venv/dev
+	$(BIN)/python benchmarks/soak.py
 
 lint: .venv/dev
 	$(BIN)/ruff format --check .

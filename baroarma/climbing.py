@@ -318,5 +318,5 @@ def _floors(turns: Signal, gap: float, levels: Signal | None) -> NDArray[np.intp
         nearest = np.abs(turns[:, None] - levels).argmin(axis=1)
         return np.asarray(np.diff(nearest), dtype=np.intp)
     step = np.diff(turns)
-    whole = np.floor(np.abs(step) / gap + 1 - FLOOR_SHARE)
+    whole = np.minimum(np.floor(np.abs(step) / gap + 1 - FLOOR_SHARE), 1e9)  # of a track that ran away
     return np.asarray(np.sign(step) * whole, dtype=np.intp)

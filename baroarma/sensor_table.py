@@ -128,7 +128,8 @@ class SensorTable:
         return "\n".join([self.title, *alike])
 
     def _repr_html_(self) -> str:
-        from baroarma.page import Table, render
+        from baroarma.notebook import tables
+        from baroarma.page import Table
 
         head: tuple[str, ...] = (
             "sensor",
@@ -160,7 +161,7 @@ class SensorTable:
         if self.factors:
             head = ("this noise is", *head)
             body = tuple((f"× {f:.2g}", *cells) for f, cells in zip(self.factors, body, strict=True))
-        return render("notebook.html", box=None, tables=[Table(head, body, caption=self.title)])
+        return tables(Table(head, body, caption=self.title))
 
 
 def sensors(name: str = "") -> SensorTable:

@@ -19,6 +19,7 @@ import numpy as np
 
 from baroarma.atomic import replacing
 from baroarma.finding import Finding
+from baroarma.fitness import imu_gaps, reading_notes
 from baroarma.formats.long import LongRecording
 from baroarma.recording import Recording
 from baroarma.track import Track
@@ -112,6 +113,18 @@ def track_file(
     ------
     ValueError
         As `Tracker.run`; and for a preset that works off-line, on whole recordings only.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from baroarma.formats import write_csv
+    >>> from baroarma.simulation import simulate
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     log, out = Path(folder) / "day.csv", Path(folder) / "track.csv"
+    ...     write_csv(simulate("stairs", duration=20, seed=1), log)
+    ...     track_file(Tracker.preset("sg14-a"), LongRecording(log), out).rows
+    1000
     """
     if tracker.settings.height is None:
         raise ValueError(f"the preset {tracker.settings.name} needs the whole recording at once; use run")
@@ -128,9 +141,13 @@ def track_file(
 
 
 def _tracks(tracker: Tracker, log: LongRecording) -> Iterator[Track]:
+    """Yield the parts' tracks; `feed` says of the first part what its rows say against it, we of the others."""
     tracker.reset()
     parts = log.parts()
-    return map(tracker.feed, chain(_first(parts), parts))
+    for k, part in enumerate(chain(_first(parts), parts)):
+        track = tracker.feed(part)
+        own = (*reading_notes(part), *imu_gaps(part)) if k else ()
+        yield replace(track, findings=(*own, *track.findings))
 
 
 def _first(parts: Iterator[Recording]) -> Iterator[Recording]:
@@ -157,17 +174,18 @@ def _joined(parts: list[Recording]) -> Recording:
 
 
 def _extended(known: TrackedFile | None, track: Track) -> TrackedFile:
-    """Add a part's rows.  Whether the track leaves the barometer is said anew by each part."""
+    """Add a part's rows.  Whether the track leaves the barometer is said anew by each part, all else once."""
     low, high = float(track.height.min()), float(track.height.max())
     if known is None:
         return TrackedFile(track.name, track.preset, len(track), low, high, track.findings)
     others = tuple(finding for finding in known.findings if finding.code != "diverged")
+    codes = {finding.code for finding in others}
     return replace(
         known,
         rows=known.rows + len(track),
         lowest=min(known.lowest, low),
         highest=max(known.highest, high),
-        findings=(*others, *track.findings),
+        findings=(*others, *(finding for finding in track.findings if finding.code not in codes)),
     )
 
 

@@ -435,6 +435,7 @@ def _chosen(base: Preset, attitude: str | None, height: str | None, conditioning
         attitude=attitude or base.attitude,
         height=height or base.height,
         conditioning=conditioning or base.conditioning,
+        bias_capture=base.bias_capture or height not in (None, base.height),  # not all have an offset
     )
     if chosen.conditioning not in CONDITIONINGS:
         raise ValueError(

@@ -9,7 +9,9 @@ suffix, in the modules `ulog`, `ardupilot`, `phone` and `rosbag`.
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
+import stat
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = ["UnreadableError", "drop_held_samples", "read", "read_all", "write_csv"]
 
+logger = logging.getLogger(__name__)
 StrPath = str | os.PathLike[str]
 
 LOG_READERS: Final = {
@@ -81,7 +84,7 @@ def read(*paths: StrPath, mapping: Mapping[str, str] | None = None, name: str | 
 
 
 def read_all(paths: Sequence[StrPath], *, mapping: Mapping[str, str] | None = None) -> list[Recording]:
-    """Read many recordings: a file with pressure starts one, files without it belong to the one before.
+    r"""Read many recordings: a file with pressure starts one, files without it belong to the one before.
 
     Parameters
     ----------
@@ -94,6 +97,16 @@ def read_all(paths: Sequence[StrPath], *, mapping: Mapping[str, str] | None = No
     ------
     UnreadableError
         As `read`; or if the first file has no pressure.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     files = [Path(folder) / name for name in ("night1.csv", "night2.csv")]
+    ...     for file in files:
+    ...         _ = file.write_text("time_s,pressure_pa\n0.0,101325\n0.1,101327\n0.2,101326\n")
+    ...     [recording.name for recording in read_all(files)]
+    ['night1', 'night2']
     """
     files = [_file(os.fspath(path), mapping) for path in paths]
     refuse_unused(files, mapping)
@@ -116,6 +129,16 @@ def write_csv(recording: Recording, path: StrPath) -> None:
     path : str or path
         ``.csv.gz`` is compressed, ``.parquet`` becomes Parquet, everything else CSV.  NaN is an empty cell;
         floats read back exactly.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> rest = Recording(t=[0.0, 0.1, 0.2], pressure=[101325.0, float("nan"), 101327.5])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "rest.csv"
+    ...     write_csv(rest, path)
+    ...     path.read_text().split()
+    ['time_s,pressure_pa', '0.0,101325.0', '0.1,', '0.2,101327.5']
     """
     from baroarma.formats.csv import write_csv as write_text
     from baroarma.formats.parquet import write_parquet
@@ -151,6 +174,7 @@ def _file(path: str, mapping: Mapping[str, str] | None) -> File:
     from baroarma.formats.table import checked
 
     try:
+        _refuse_devices(path)
         return File(path, [checked(table) for table in _tables(path, mapping)])
     except FileNotFoundError as error:
         raise UnreadableError(f"{path}: there is no such file; check the name") from error
@@ -160,6 +184,15 @@ def _file(path: str, mapping: Mapping[str, str] | None) -> File:
         ) from error
 
 
+def _refuse_devices(path: str) -> None:
+    """Refuse what has no end, or can't be read twice: long files are, and their hash is taken."""
+    mode = os.stat(path).st_mode
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise UnreadableError(
+            f"{path}: this is a pipe or a device, not a file; write what it gives into a file first"
+        )
+
+
 def _tables(path: str, mapping: Mapping[str, str] | None) -> Sequence[Table]:
     """Read a file by the reader that its name or its folder's content asks for."""
     kind = os.path.splitext(path)[1].lower()
@@ -167,7 +200,6 @@ def _tables(path: str, mapping: Mapping[str, str] | None) -> Sequence[Table]:
         kind = ".mcap" if os.path.isfile(os.path.join(path, "metadata.yaml")) else ".zip"
     module, reader = LOG_READERS.get(kind, ("", ""))
     if module:
-        os.stat(path)  # a log that isn't there is no damaged one
         tables: Sequence[Table] = getattr(import_module(module), reader)(path)
         return tables
     if kind == ".parquet":
@@ -191,22 +223,28 @@ def refuse_unused(files: Sequence[File], mapping: Mapping[str, str] | None) -> N
 
 
 def recording_of(files: Sequence[File], name: str | None) -> Recording:
-    """Return the recording that the files are of; held samples are blanked, units that can't be named."""
+    """Return the recording that the files are of; held samples and spikes are blanked, other faults named."""
+    from baroarma.contents import examined
     from baroarma.formats.streams import merge
-    from baroarma.formats.units import unit_findings
 
-    recording = drop_held_samples(merge([table for file in files for table in file.tables]))
+    recording = examined(drop_held_samples(merge([table for file in files for table in file.tables])))
     paths = [Path(file.path) for file in files]
-    return replace(
+    found = replace(
         recording,
         name=_stem(paths) if name is None else name,
-        notes=(*recording.notes, *unit_findings(recording)),
-        source={"name": " + ".join(path.name for path in paths), "sha256": _sha256(paths)},
+        source={"name": " + ".join(_name(path) for path in paths), "sha256": _sha256(paths)},
     )
+    logger.info("read %r; noticed: %s", found, ", ".join(note.code for note in found.notes) or "nothing")
+    return found
+
+
+def _name(path: Path) -> str:
+    """Return a file's name as text that can be written anywhere: a name may hold any bytes."""
+    return os.fsencode(path.name).decode("utf-8", "replace")
 
 
 def _stem(paths: Sequence[Path]) -> str:
-    stem = paths[0].name
+    stem = _name(paths[0])
     if not paths[0].is_dir():
         stem = stem.removesuffix(".gz")
         stem = stem.rpartition(".")[0] or stem

@@ -41,14 +41,12 @@ def read_ardupilot(path: str) -> tuple[Table, ...]:
     """Read one dataflash log; parameters, result and errors as `baroarma.formats.ulog.read_ulog`."""
     reader = optional_module("pymavlink.DFReader", path, "ardupilot")
     _refuse_other_files(path)
-    with parsing(path, "the dataflash log is damaged") as said, _stderr() as said_in_c:
-        # Without the search for GPS time, which unpacks every message of a log that has none.
-        index_only = type("Index", (reader.DFReader_binary,), {"init_clock": lambda log: None})
-        with index_only(path) as log:
-            baro, others = _first_instance(_message(reader, log, "BARO"))
-            imu, other_imus = _first_instance(_message(reader, log, "IMU"))
-            others += _logged(log, "BAR2", "BAR3")
-            other_imus += _logged(log, "IMU2", "IMU3")
+    damaged = "the dataflash log is damaged"
+    with parsing(path, damaged) as said, _stderr() as said_in_c, _indexed(reader, path) as log:
+        baro, others = _first_instance(_message(reader, log, "BARO"))
+        imu, other_imus = _first_instance(_message(reader, log, "IMU"))
+        others += _logged(log, "BAR2", "BAR3")
+        other_imus += _logged(log, "IMU2", "IMU3")
     if not baro:
         raise UnreadableError(
             f"{path}: the log has no pressure (no BARO message); set LOG_BITMASK to log the barometer"
@@ -57,6 +55,18 @@ def read_ardupilot(path: str) -> tuple[Table, ...]:
     notes += several_note(path, "IMUs", "the first", other_imus)
     notes += damaged_note(path) if said.getvalue() or said_in_c else ()
     return (replace(_barometer(path, baro), notes=notes), *_imu(path, imu))
+
+
+def _indexed(reader: ModuleType, path: str) -> Any:
+    """Open a log without the search for GPS time, which unpacks every message of a log that has none."""
+    index_only: Any = type("Index", (reader.DFReader_binary,), {"init_clock": lambda log: None})
+    log = index_only.__new__(index_only)
+    try:
+        log.__init__(path)
+    except Exception:  # the library forgets to close a log that it can't index
+        log.filehandle.close()
+        raise
+    return log
 
 
 def _refuse_other_files(path: str) -> None:

@@ -10,7 +10,9 @@ from baroarma.formats.errors import UnreadableError
 
 NO_SAMPLE: Final = ("", "nan", "NaN", "NAN")
 """What a cell without a sample may hold."""
-NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?inf(inity)?", re.IGNORECASE)
+NUMBER: Final = re.compile(
+    r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?inf(inity)?", re.IGNORECASE | re.ASCII
+)
 
 
 class Dialect(NamedTuple):

@@ -2,7 +2,8 @@
 
 A name ends in its unit; each quantity has one column (or one per axis) in one of its units:
 
-    time_s                                       needed, strictly increasing
+    time_s                                       needed, strictly increasing; or else the first there is of
+                                                 {time,timestamp}_{ms,us,ns}
     pressure_pa | pressure_hpa | altitude_m      needed in one file of a recording; altitude by the ISA
     acc_{x,y,z}_m_s2 | acc_{x,y,z}_g             specific force
     gyr_{x,y,z}_rad_s | gyr_{x,y,z}_deg_s        angular rate
@@ -23,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.atmosphere import STANDARD_GRAVITY, altitude_pressure
+from baroarma.formats.bad_lines import NUMBER
 from baroarma.formats.errors import UnreadableError
 
 Signal = NDArray[np.float64]
@@ -59,12 +61,23 @@ def _hpa_to_pa(value: Signal) -> Signal:
     return value * 100.0
 
 
+def _per_second(count: float) -> Callable[[Signal], Signal]:
+    return lambda value: value / count
+
+
 TIME: Final = "time_s"
+_TIMES: Final = {
+    f"{name}_{unit}": Column("t", lowest=-1e19, highest=1e19, to_si=_per_second(count))
+    for unit, count in (("ms", 1e3), ("us", 1e6), ("ns", 1e9))
+    for name in ("time", "timestamp")
+}
+"""What is read where there is no `TIME`."""
 _TINY: Final = float(np.finfo(float).tiny)
 _AXES: Final = tuple(enumerate("xyz"))
 
 COLUMNS: Final[Mapping[str, Column]] = {
     TIME: Column("t", lowest=-1e19, highest=1e19),  # nanoseconds since 1970 are 1.8e18
+    **_TIMES,
     "pressure_pa": Column("pressure", lowest=_TINY, highest=1e9),
     "pressure_hpa": Column("pressure", lowest=_TINY, highest=1e7, to_si=_hpa_to_pa),
     "altitude_m": Column("pressure", lowest=-1e4, highest=44_000.0, to_si=altitude_pressure),
@@ -119,7 +132,8 @@ def choose_columns(
         for name in header
         if name in COLUMNS and COLUMNS[name].field not in fields and name not in mapped.values()
     }
-    chosen = mapped | plain
+    times = [name for name in COLUMNS if name in plain and COLUMNS[name].field == "t"]
+    chosen = mapped | {name: theirs for name, theirs in plain.items() if name not in times[1:]}
     _refuse_doubles(path, header, chosen)
     _refuse_missing(path, header, chosen)
     return {ours: header.index(theirs) for ours, theirs in chosen.items()}
@@ -162,7 +176,12 @@ def _refuse_doubles(path: str, header: Sequence[str], chosen: Mapping[str, str])
 
 
 def _refuse_missing(path: str, header: Sequence[str], chosen: Mapping[str, str]) -> None:
-    if TIME not in chosen:
+    if not any(COLUMNS[ours].field == "t" for ours in chosen):
+        if all(NUMBER.fullmatch(name) for name in header):
+            raise UnreadableError(
+                f"{path}: the first line holds numbers, {_listed(header)}; put a line above it that names the "
+                "columns"
+            )
         raise UnreadableError(
             f"{path}: there is no column {TIME!r} among {_listed(header)} in the first line; map it: "
             f"{TIME}=NAME"

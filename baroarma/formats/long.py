@@ -15,13 +15,14 @@ from typing import Any, Final
 
 import numpy as np
 
+from baroarma.contents import imu_findings
 from baroarma.finding import Finding
 from baroarma.formats import File, StrPath, recording_of, refuse_unused
 from baroarma.formats.columns import COLUMNS, TIME, choose_columns
 from baroarma.formats.errors import UnreadableError
 from baroarma.formats.table import Check, Table, joined
-from baroarma.formats.units import imu_unit_findings
 from baroarma.recording import Recording
+from baroarma.spikes import drop_imu_spikes
 
 LONG: Final = 1 << 25
 """Bytes from which a file is worth reading part by part: about half a million rows with an IMU."""
@@ -96,10 +97,11 @@ class LongRecording:
                 signals["pressure"] = self.barometer.pressure[row : row + n]
                 row += n
                 part = Recording(**signals, name=self.barometer.name, source=self.barometer.source)
-                yield replace(part, notes=(*self.barometer.notes, *imu_unit_findings(part)))
+                part = drop_imu_spikes(part)
+                yield replace(part, notes=(*self.barometer.notes, *part.notes, *imu_findings(part)))
 
     def _first_reading(self, visit: Callable[[Recording], None] | None) -> Recording:
-        check, found, units = Check(), list[Table](), tuple[Finding, ...]()
+        check, found, noticed = Check(), list[Table](), tuple[Finding, ...]()
         for table in _tables(self.path, self.mapping, None if visit else ("pressure",)):
             refuse_unused([File(self.path, [table])], self.mapping)
             table = check.take(table)
@@ -108,16 +110,18 @@ class LongRecording:
             if visit and len(signals["t"]):
                 part = Recording(**{"pressure": np.full(len(signals["t"]), np.nan), **signals})
                 visit(part)
-                units = units or imu_unit_findings(part)
+                part = drop_imu_spikes(part)
+                noticed = noticed or (*part.notes, *imu_findings(part))
         whole = joined(found)
         if not len(whole.values[TIME]):
             raise UnreadableError(
                 f"{self.path}: there is a header but no row of data; record something first"
             )
         found.clear()
-        recording = recording_of([File(self.path, [replace(whole, notes=check.notes(self.path))])], None)
+        whole = replace(whole, notes=(*whole.notes, *check.notes(self.path)))
+        recording = recording_of([File(self.path, [whole])], None)
         recording = recording.between(self.start, self.stop)
-        return replace(recording, notes=(*recording.notes, *units))
+        return replace(recording, notes=(*recording.notes, *noticed))
 
     def _cut(self, table: Table) -> dict[str, Any]:
         signals = table.signals()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Collection, Iterator, Mapping
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.formats.columns import choose_columns, only
-from baroarma.formats.errors import UnreadableError
+from baroarma.formats.errors import UnreadableError, bomb_limit
 from baroarma.formats.table import Table, joined
 
 if TYPE_CHECKING:
@@ -31,24 +32,17 @@ def parquet_tables(
     path: str, mapping: Mapping[str, str] | None = None, *, fields: Collection[str] | None = None
 ) -> Iterator[Table]:
     """Read one Parquet file, some rows at a time; see `baroarma.formats.csv.csv_tables`."""
-    parquet = _pyarrow_parquet(path)
+    pyarrow = _pyarrow(path)
     try:
-        with parquet.ParquetFile(path, pre_buffer=False, buffer_size=BUFFER) as file:
+        with pyarrow.parquet.ParquetFile(path, pre_buffer=False, buffer_size=BUFFER) as file:
             yield from _read(path, file, mapping, fields)
-        _give_back()
+        pyarrow.default_memory_pool().release_unused()  # it would keep a tenth of a GB for the next file
     except (UnreadableError, FileNotFoundError):
         raise
-    except (ValueError, OSError) as error:  # pyarrow's own errors are of these two kinds
+    except (pyarrow.ArrowException, ValueError, OSError) as error:
         raise UnreadableError(
             f"{path}: this is not a Parquet file, or it is damaged; copy it again"
         ) from error
-
-
-def _give_back() -> None:
-    """Return the memory that pyarrow would keep for the next file: a tenth of a GB."""
-    import pyarrow
-
-    pyarrow.default_memory_pool().release_unused()
 
 
 def _read(
@@ -56,6 +50,7 @@ def _read(
 ) -> Iterator[Table]:
     header = tuple(file.schema_arrow.names)
     chosen = only(choose_columns(path, header, mapping), fields)
+    _refuse_bombs(path, file.metadata.num_rows)
     before = 0
     for batch in file.iter_batches(ROWS, columns=[header[k] for k in chosen.values()]):
         values = {ours: _numbers(path, ours, batch[header[k]]) for ours, k in chosen.items()}
@@ -63,6 +58,14 @@ def _read(
         before += len(batch)
     if not before:
         yield Table(path, header, {ours: np.empty(0) for ours in chosen}, _place(0))
+
+
+def _refuse_bombs(path: str, rows: int) -> None:
+    """Refuse more rows than the file can have packed: equal cells take no space in it, but in memory."""
+    if 8 * rows > bomb_limit(os.path.getsize(path)):
+        raise UnreadableError(
+            f"{path}: {rows} rows are more than a log of {os.path.getsize(path)} bytes has; look at the file"
+        )
 
 
 def _numbers(path: str, name: str, column: Any) -> NDArray[np.float64]:
@@ -81,13 +84,14 @@ def _place(before: int) -> Callable[[int], str]:
 
 def write_parquet(frame: DataFrame, path: str) -> None:
     """Write columns as Parquet."""
-    _pyarrow_parquet(path)
+    _pyarrow(path)
     frame.to_parquet(path, engine="pyarrow", index=False)
 
 
-def _pyarrow_parquet(path: str) -> ModuleType:
+def _pyarrow(path: str) -> ModuleType:
     try:
+        import pyarrow
         import pyarrow.parquet
     except ImportError as error:
         raise UnreadableError(f"{path}: Parquet needs pyarrow; pip install 'baroarma[parquet]'") from error
-    return pyarrow.parquet  # type: ignore[no-any-return]
+    return pyarrow  # type: ignore[no-any-return]

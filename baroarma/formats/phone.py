@@ -24,9 +24,9 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import tempfile
 import zipfile
-import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -40,7 +40,8 @@ from baroarma.atmosphere import STANDARD_GRAVITY
 from baroarma.finding import Finding
 from baroarma.formats.columns import COLUMNS, TIME
 from baroarma.formats.csv import read_csv
-from baroarma.formats.errors import UnreadableError
+from baroarma.formats.errors import UnreadableError, bomb_limit
+from baroarma.formats.logs import parsing
 from baroarma.formats.streams import onto
 from baroarma.formats.table import Table
 
@@ -62,6 +63,9 @@ SENSOR_LOGGER: Final = {
     "Accelerometer": {f"acc_{axis}_m_s2": axis for axis in "xyz"},
     "Gravity": {f"acc_{axis}_m_s2": axis for axis in "xyz"},
 }
+
+MOST_FILES: Final = 1000
+"""CSV files in a zip; an export has one for each of a phone's sensors."""
 
 
 def read_phone(path: str) -> tuple[Table, ...]:
@@ -109,18 +113,35 @@ def _folder(path: str) -> Iterator[Path]:
         yield Path(path)
         return
     with tempfile.TemporaryDirectory() as folder:
-        try:
-            with zipfile.ZipFile(path) as archive:
-                for name in archive.namelist():
-                    inner = Path(name)
-                    if inner.suffix == ".csv" and inner.parent.name != "meta":
-                        (Path(folder) / inner.name).write_bytes(archive.read(name))
-        except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
-            reason = str(error).split("\n")[0]
-            raise UnreadableError(
-                f"{path}: this is not a zip file, or it is damaged ({reason}); export it again"
-            ) from error
+        damaged = "this is not a zip file, or it is damaged"
+        with open(path, "rb") as file, parsing(path, damaged), zipfile.ZipFile(file) as archive:
+            _unpack(path, archive, Path(folder))
         yield Path(folder)
+
+
+def _unpack(path: str, archive: zipfile.ZipFile, folder: Path) -> None:
+    """Unpack the CSV files, whatever folder they are in, into one folder."""
+    members = dict[str, zipfile.ZipInfo]()
+    for member in archive.infolist():
+        inner = Path(member.filename)
+        if inner.suffix != ".csv" or inner.parent.name == "meta":
+            continue
+        if members.setdefault(inner.name, member) is not member:
+            raise UnreadableError(
+                f"{path}: there are two files {inner.name!r} in it; unpack it and name one export's folder"
+            )
+    if len(members) > MOST_FILES:
+        raise UnreadableError(f"{path}: {len(members)} CSV files are in it, more than a phone's export has")
+    if sum(member.file_size for member in members.values()) > bomb_limit(os.path.getsize(path)):
+        raise UnreadableError(
+            f"{path}: unpacked it would be more than {bomb_limit(os.path.getsize(path)) / 1e6:.0f} MB, more "
+            "than an export's would; unpack the file and look at it"
+        )
+    for name, member in members.items():
+        if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            raise NotImplementedError(f"{name!r} is packed by method {member.compress_type}")
+        with archive.open(member) as packed, (folder / name).open("wb") as file:
+            shutil.copyfileobj(packed, file)
 
 
 def _header(file: Path) -> list[str]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from typing import NamedTuple
+from functools import partial
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +15,9 @@ from baroarma.formats.bad_lines import NO_SAMPLE, NUMBER
 from baroarma.formats.columns import COLUMNS, choose_columns
 from baroarma.formats.errors import UnreadableError
 
-SOURCE = "standard input"
+SOURCE: Final = "standard input"
+LONGEST_LINE: Final = 1 << 16
+"""Characters; a longer line is no row."""
 
 
 class Sample(NamedTuple):
@@ -73,8 +77,14 @@ def sample_reader(lines: Iterable[str]) -> Iterator[Sample]:
 
 
 def _numbered(lines: Iterable[str]) -> Iterator[tuple[int, str]]:
+    if isinstance(lines, io.TextIOBase):  # whose own iterator reads a line however long
+        lines = iter(partial(lines.readline, LONGEST_LINE), "")
     try:
         for i, line in enumerate(lines, start=1):
+            if len(line) >= LONGEST_LINE:
+                raise UnreadableError(
+                    f"{SOURCE}, line {i}: it is longer than {LONGEST_LINE} characters; write rows of CSV"
+                )
             yield i, line.strip()
     except UnicodeDecodeError as error:
         raise UnreadableError(f"{SOURCE}: this is no text ({error.reason}); write rows of CSV") from error

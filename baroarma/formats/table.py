@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 from baroarma.finding import Finding
 from baroarma.formats.columns import COLUMNS, TIME
 from baroarma.formats.errors import UnreadableError
+from baroarma.formats.seconds import Seconds
 
 Signal = NDArray[np.float64]
 
 MOST_REPEATED: Final = 0.01
 """Share of rows whose time stamp may repeat the one before: a coarse clock's rounding, not a broken one."""
+LONGEST_GAP: Final = 1e7
+"""In s, 116 days: a longer gap, and one of more than a thousand usual intervals, is a clock that was set."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +50,9 @@ class Table:
     place: Callable[[int], str]
     notes: tuple[Finding, ...] = ()
 
+    def __len__(self) -> int:
+        return len(next(iter(self.values.values())))
+
     def signals(self) -> dict[str, Signal]:
         """Return the signals by the names of `Recording`'s fields, in its units: (n,) or (n, axes)."""
         parts: dict[str, dict[int, Signal]] = {}
@@ -68,7 +74,7 @@ def checked(table: Table) -> Table:
     UnreadableError
         At the first value that can't be, or where time doesn't increase.
     """
-    if not len(table.values[TIME]):
+    if not len(table):
         raise UnreadableError(f"{table.path}: there is a header but no row of data; record something first")
     check = Check()
     good = check.take(table)
@@ -81,9 +87,10 @@ class Check:
     def __init__(self) -> None:
         self._last, self._rows, self._repeated = -math.inf, 0, 0
         self._standstill: UnreadableError | None = None
+        self._seconds = Seconds()
 
     def take(self, table: Table) -> Table:
-        """Return the next table without the rows whose time merely repeats.
+        """Return the next table, its time in s, without the rows whose time merely repeats.
 
         Raises
         ------
@@ -92,6 +99,7 @@ class Check:
         """
         for name, value in table.values.items():
             _check_range(table, name, value)
+        table = replace(table, values=self._seconds.take(table.values))
         steps = self._steps(table)
         self._rows += len(steps)
         keep = steps > 0
@@ -110,13 +118,14 @@ class Check:
         UnreadableError
             If more rows repeat the time before than a coarse clock makes.
         """
+        counted_on = self._seconds.notes(path)
         if self._standstill is None:
-            return ()
+            return counted_on
         if self._repeated > MOST_REPEATED * self._rows:
             raise self._standstill
         many = f"{self._repeated} of {self._rows}"
         text = f"{Path(path).name}: {many} rows repeat the time before and were dropped."
-        return (Finding("repeated-times", "info", text),)
+        return (*counted_on, Finding("repeated-times", "info", text))
 
     def _steps(self, table: Table) -> Signal:
         """Return the time before each row; the last time of the table before counts."""
@@ -130,13 +139,18 @@ class Check:
             row = int((steps < 0).argmax())
             before = t[row - 1] if row else self._last
             raise _bad_time(table, row, before, "runs backwards; sort the rows or split the recording")
+        gaps = np.where(steps < math.inf, steps, 0.0)
+        if gaps.max(initial=0.0) > LONGEST_GAP and gaps.max() > 1000 * np.median(gaps):
+            row = int(gaps.argmax())
+            before = t[row - 1] if row else self._last
+            raise _bad_time(table, row, before, "jumps as if the clock was set; split the recording there")
         self._last = float(t[-1]) if len(t) else self._last
         return steps
 
 
 def joined(tables: Sequence[Table]) -> Table:
     """Return the tables of one file as one."""
-    starts = list(accumulate((len(table.values[TIME]) for table in tables), initial=0))
+    starts = list(accumulate((len(table) for table in tables), initial=0))
     places = [table.place for table in tables]
 
     def place(row: int) -> str:
@@ -144,7 +158,8 @@ def joined(tables: Sequence[Table]) -> Table:
         return places[which](row - starts[which])
 
     values = {name: np.concatenate([table.values[name] for table in tables]) for name in tables[0].values}
-    return replace(tables[0], values=values, place=place)
+    notes = tuple(note for table in tables for note in table.notes)
+    return replace(tables[0], values=values, place=place, notes=notes)
 
 
 def _check_range(table: Table, name: str, value: Signal) -> None:

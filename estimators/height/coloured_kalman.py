@@ -33,7 +33,7 @@ from baroarma.estimators.height.bank import (
     Rules,
 )
 from baroarma.estimators.height.kernels import Row, Rows, Tables
-from baroarma.estimators.height.linear import LinearHeight, motion_transition, steps_of
+from baroarma.estimators.height.linear import LinearHeight, motion_transition, steps_of, unseen_variance
 from baroarma.estimators.height.smoother import smooth_rows
 from baroarma.noise_model import NoiseModel
 
@@ -329,7 +329,7 @@ class ColouredKalman(LinearHeight):
         F[0, 0, 1] = B[0, 1] = dt
         F[0, 1, 2], B[0, 0] = -dt, dt**2 / 2
         F[0, 0, 2] = -B[0, 0]
-        Q[0, 2, 2] = self.bias_walk**2 * dt
+        Q[0, 0, 0], Q[0, 2, 2] = unseen_variance(dt), self.bias_walk**2 * dt
         if self._offset:
             Q[0, 3, 3] = self.noise.drift_rate**2 * dt
         if self.noise.has_gauss_markov:

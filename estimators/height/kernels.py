@@ -174,7 +174,7 @@ def predict_motion(
     work: Signal,
     size: tuple[int, ...],
 ) -> None:
-    """Do what `predict` does in a fraction of the time, for height, velocity, bias and states that only decay.
+    """Do what `predict` does in a fraction of the time, for [h, v, bias, states that only decay], Q diagonal.
 
     In such an F a state hears only of those after it, so its rows can be applied in place, one by one.
     """
@@ -201,6 +201,7 @@ def predict_motion(
             for c in range(m):
                 P[i, a, c] *= F[t, a, a]
                 P[i, c, a] *= F[t, a, a]
+    for a in range(m):
         P[i, a, a] += Q[t, a, a]
 
 

@@ -16,18 +16,28 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
-from baroarma.estimators.base import Alignment, HeightEstimator, HeightRun, HeightState
+from baroarma.estimators.attitude.kernels import LONGEST_HOLD
+from baroarma.estimators.base import (
+    ROUNDING,
+    UNSEEN_WALK,
+    Alignment,
+    HeightEstimator,
+    HeightRun,
+    HeightState,
+)
 from baroarma.estimators.height.drive import Drive, as_signal, nominal_interval
-from baroarma.estimators.height.kernels import Row, Rows, Tables, entries, filter_row, filter_rows
+from baroarma.estimators.height.kernels import HEIGHT, Row, Rows, Tables, entries, filter_row, filter_rows
 from baroarma.estimators.height.smoother import smooth_rows
 
 Signal = NDArray[np.float64]
+STALE: Final = LONGEST_HOLD + ROUNDING
+"""In an interval longer than this, s, no acceleration is integrated: what happened meanwhile was not felt."""
 
 
 class LinearHeight(KalmanFilter, HeightEstimator):
@@ -111,7 +121,13 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         """Return Q for an interval in s; `acceleration_sd` NaN: the setting."""
         sd = self.acceleration_sd if np.isnan(acceleration_sd) else acceleration_sd
         B = self.input_matrix(dt)
-        return np.asarray(self.wander(dt) + sd**2 * B @ B.T)
+        return np.asarray(self._unseen(dt) + sd**2 * B @ B.T)
+
+    def _unseen(self, dt: float | Signal) -> Signal:
+        """Return `wander`, and what the height does beside it where nothing was felt for long."""
+        Q = self.wander(dt)
+        Q[..., HEIGHT, HEIGHT] += unseen_variance(dt)
+        return Q
 
     def reset(self, alignment: Alignment | None = None) -> None:
         """Start anew at height 0 and velocity 0; the alignment has no effect here."""
@@ -139,6 +155,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         """
         first, dt = not self._started, float(dt) if self._started else 0.0
         u, variance, quiet = self._driven(float(acceleration), float(acceleration_sd))
+        u = u if dt <= STALE else 0.0
         row = self._row(dt, float(altitude), u, variance, quiet or bool(at_rest), up)
         H, r = np.ascontiguousarray(self.H, float), np.asarray(self.R, float).item()
         x, P = self.x[:, 0].copy(), self.P.copy()
@@ -217,7 +234,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         return self._kept[dt]
 
     def _tables_at(self, dt: float) -> Tables:
-        F, B, Q = self.transition(dt), self.input_matrix(dt), self.wander(dt)
+        F, B, Q = self.transition(dt), self.input_matrix(dt), self._unseen(dt)
         return Tables(np.array([F]), np.array([B[:, 0]]), np.array([Q]))
 
     def _filter(self, rows: Rows) -> HeightRun:
@@ -248,6 +265,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         """Turn samples, and the time before each (NaN: none, the first), into what the loops read."""
         n, altitude = len(steps), np.asarray(altitude, float)
         u, missed, quiet = self.drive.rows(as_signal(acceleration, n))
+        u = np.where(steps > STALE, 0.0, u)
         sd = as_signal(acceleration_sd, n)
         sd = np.where(np.isnan(sd), self.acceleration_sd, sd)
         # what changes by more than noise from sample to sample may do anything between them
@@ -270,7 +288,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         none = np.isnan(steps)
         dt = np.unique(steps[~none])
         which = np.where(none, -1, np.searchsorted(dt, steps))
-        return self.transition(dt), self.input_matrix(dt), self.wander(dt), which
+        return self.transition(dt), self.input_matrix(dt), self._unseen(dt), which
 
     def _measurements(
         self, steps: Signal, altitude: Signal
@@ -283,6 +301,21 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         self.x, self.P = x[:, None], P
         self.x_prior = self.x_post = self.x.copy()
         self.P_prior = self.P_post = self.P.copy()
+
+
+def unseen_variance(dt: float | Signal) -> Signal:
+    """Return how far the height wanders, m², in an interval (s) too long for an acceleration to be held.
+
+    White acceleration of density q moves the velocity by q dt and the height by q dt³/3; an acceleration that
+    is held over dt, with the variance q/dt, explains q dt³/4 of it.
+
+    Examples
+    --------
+    >>> unseen_variance(np.array([0.02, 2.0])).round(3).tolist()
+    [0.0, 0.167]
+    """
+    dt = np.asarray(dt, float)
+    return np.where(dt > STALE, UNSEEN_WALK**2 * dt**3 / 12, 0.0)
 
 
 def steps_of(t: Signal, dt: float = 0.0) -> Signal:

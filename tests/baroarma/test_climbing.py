@@ -3,12 +3,14 @@
 import json
 from dataclasses import replace
 from functools import cache
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import baroarma as ba
-from baroarma.climbing import BELIEVED, climb
+from baroarma.climbing import BELIEVED, Climb, _Errors, climb
 from baroarma.simulation import BMP085, simulate
 from baroarma.track import Track
 
@@ -222,3 +224,135 @@ def test_nothing_moved_and_nothing_there():
 def test_what_can_not_be_is_refused(options, message):
     with pytest.raises(ValueError, match=message):
         climb(exact([0, 1, 0]), **options)
+
+
+def known(height, t=None, *, height_sd=0.1, velocity_sd=0.0):
+    """A track with sds of its own."""
+    height = np.asarray(height, float)
+    t = np.arange(float(len(height))) if t is None else t
+    full = np.ones(len(height))
+    return Track(t, height, 0 * full, height_sd * full, velocity_sd * full, 0 * full, name="made")
+
+
+def test_a_swing_as_high_as_the_threshold_counts():
+    for threshold, ascent in ((1.0, 1.0), (1.01, 0.0)):
+        assert climb(exact([0, 1, 0]), threshold=threshold).ascent == ascent
+    assert climb(exact([0, 0.2, 0])).ascent == 0.2  # at least 20 cm where nothing is uncertain
+    assert climb(exact([0, 0.19, 0])).ascent == 0.0
+
+
+def test_the_sd_of_one_swing_is_that_of_the_change():
+    t = np.arange(200.0)
+    for growth in (0.0, 1e-4):
+        hill = Track(
+            t,
+            10 * np.exp(-(((t - 90) / 20) ** 2)),
+            0 * t,
+            np.sqrt(0.04 + growth * t),
+            np.full(200, 0.001),
+            0 * t,
+        )
+        errors = _Errors(hill)
+        assert errors.growth == pytest.approx(growth, abs=1e-12)
+        turns = np.array([10, 90])
+        assert errors.sd(turns, np.array([True])) == pytest.approx(errors.change_sd(10, 90))
+        assert errors.sd(turns, np.array([False])) == 0.0
+        # x = lag sigma_v/(sqrt 2 sigma_h), sigma_h without its growth
+        x = 80 * 0.001 / (np.sqrt(2) * 0.2)
+        assert errors.change_sd(10, 90) ** 2 == pytest.approx(
+            0.08 * (1 - np.exp(-x) * np.cos(x)) + growth * 80
+        )
+        assert errors.change_sd(10, 10) == 0.0
+
+
+def test_errors_far_apart_are_independent():
+    errors = _Errors(known(np.zeros(400), height_sd=0.1, velocity_sd=0.05))
+    assert errors.change_sd(0, 399) == pytest.approx(0.1 * np.sqrt(2))
+    # up, down, up, each 100 s: four turning points, of which the sum of the two ups uses all once
+    turns = np.array([0, 100, 200, 300])
+    assert errors.sd(turns, np.array([True, False, True])) == pytest.approx(0.2)
+    assert errors.sd(turns, np.array([True, True, True])) == pytest.approx(0.1 * np.sqrt(2))
+
+
+def test_growth_is_that_of_the_variance_over_a_minute_and_never_negative():
+    t = np.arange(300.0)
+    for sd, growth in ((np.sqrt(1 + 0.01 * t), 0.01), (np.sqrt(4 - 0.01 * t), 0.0), (np.ones(300), 0.0)):
+        assert _Errors(Track(t, 0 * t, 0 * t, sd, sd, 0 * t)).growth == pytest.approx(growth, abs=1e-12)
+    short = t[:60]
+    sd = np.sqrt(1 + 0.01 * short)
+    assert _Errors(Track(short, 0 * short, 0 * short, sd, sd, 0 * short)).growth == 0.0
+    later = 1e6 + t  # a clock may start anywhere
+    sd = np.sqrt(1 + 0.01 * t)
+    assert _Errors(Track(later, 0 * t, 0 * t, sd, sd, 0 * t)).growth == pytest.approx(0.01)
+
+
+def test_a_turns_height_is_the_mean_of_what_can_not_be_told_from_its_extreme():
+    rng = np.random.default_rng(4)
+    wiggle = 0.02 * rng.uniform(-1, 1, 50)
+    height = np.concatenate((np.zeros(50), 5 + wiggle, np.zeros(50)))
+    # independent from row to row: sd of a change 0.14 m, far more than the wiggle and less than the 5 m
+    found = climb(known(height, height_sd=0.1, velocity_sd=100.0))
+    assert found.height == pytest.approx([0.0, 5 + wiggle.mean(), 0.0])
+    # known exactly, the extreme itself is the turn
+    assert climb(exact(height)).height.max() == height.max()
+    # a threshold of one's own goes from extreme to extreme
+    assert climb(known(height, height_sd=0.1, velocity_sd=100.0), threshold=1.0).ascent == height.max()
+
+
+def test_a_plateau_ends_where_it_is_broken():
+    # the second time at 5 m, after a dip to 3 m that is no swing of 2.5 m, is not of the same plateau
+    height = np.array([0, 0, 5.0, 5.1, 3.0, 5.0, 5.0, 0, 0])
+    errors = _Errors(known(height, height_sd=0.1, velocity_sd=100.0))
+    assert errors.level(height, 0, 3, 8) == pytest.approx(5.05)
+    assert errors.level(height, 3, 3, 8) == pytest.approx(5.1)
+    assert errors.level(height, 0, 0, 3) == 0.0
+    assert errors.level(height, 4, 8, 8) == 0.0
+
+
+def test_up_and_down_are_not_confused():
+    up = Climb(1.5, 0.25, 0.5, 0.125, 2, 1, np.arange(3.0), np.array([0, 1.5, 1.25]), "a <b>")
+    assert repr(up) == "<Climb of 'a <b>': up 1.50 ± 0.50 m, down 0.25 ± 0.12 m, floors 2 up, 1 down>"
+    assert up.summary() == (
+        "climbs 1.50 m (sd 0.5), descends 0.25 m (sd 0.12) in 2 swings; floors: 2 up, 1 down"
+    )
+    assert "in 1 swing;" in replace(up, t=up.t[:2], height=up.height[:2]).summary()
+    assert up.to_dict() == {
+        "ascent_m": 1.5,
+        "ascent_sd_m": 0.5,
+        "descent_m": 0.25,
+        "descent_sd_m": 0.125,
+        "floors_up": 2,
+        "floors_down": 1,
+        "turning_points": {"time_s": [0, 1, 2], "height_m": [0, 1.5, 1.25]},
+    }
+    root = ElementTree.fromstring(up._repr_html_())
+    assert root.find("caption").text == "a <b>"
+    assert [[cell.text for cell in row] for row in root.iter("tr")] == [
+        [None, "m", "sd m", "floors"],
+        ["up", "1.50", "0.50", "2"],
+        ["down", "0.25", "0.12", "1"],
+    ]
+    ax = Figure().subplots()
+    assert up.plot(ax) is ax
+
+
+def test_a_climb_keeps_the_name_and_its_own_times():
+    found = climb(known([0, 5, 0, 7], t=np.array([10.0, 11.0, 13.0, 17.0]), height_sd=0.0))
+    assert found.name == "made"
+    assert found.t.tolist() == [10, 11, 13, 17]
+    assert (found.ascent, found.descent) == (12, 5)
+    assert climb(exact([])).name == "made"
+
+
+@pytest.mark.parametrize("floors", [[3.0], [3.0, 3.0], [0.0, float("nan")], [0.0, float("inf")], []])
+def test_floors_that_are_none_are_refused(floors):
+    with pytest.raises(ValueError, match="floors are the heights of at least two floors in m"):
+        climb(exact([0, 1, 0]), floors=floors)
+
+
+def test_known_floors_need_not_be_as_high_as_one_another():
+    tall = exact([0, 5.8, 0])
+    assert climb(tall, floors=[0, 6, 9]).floors_up == 1
+    assert climb(tall, floors=[0, 3, 6, 9]).floors_up == 2
+    assert climb(tall, floors=[0, 3, 6, 9], floor_height=100.0).floors_up == 2
+    assert climb(exact([0, 2.9, 2.0, 5.8, 0]), floors=[0, 3, 6]).floors_down == 2

@@ -28,6 +28,7 @@ static void fill_model(baroarma_model *m, real dt)
         m->F[i][i] = phi;
         m->wander[i] = BAROARMA_WALK_VARIANCE[i] * dt + BAROARMA_STATIONARY_VARIANCE[i] * (1 - phi * phi);
     }
+    m->wander[0] = unseen_variance(dt);
     m->B[0] = dt * dt / 2;
     m->B[1] = dt;
     m->F[0][1] = dt;

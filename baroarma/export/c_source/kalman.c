@@ -8,6 +8,7 @@ static void fill_model(baroarma_model *m, real dt)
     m->dt = dt;
     m->F[0][0] = m->F[1][1] = 1;
     m->F[0][1] = dt;
+    m->wander[0] = unseen_variance(dt);
     m->B[0] = dt * dt / 2;
     m->B[1] = dt;
 }

@@ -23,11 +23,19 @@ static void model_start(baroarma_model *m)
     }
 }
 
-/* x = F x + B a,  P = F P F' + wander + variance B B'; zeros of F are skipped. */
+/* How far the height wanders in an interval too long for an acceleration to be held. */
+static real unseen_variance(real dt)
+{
+    return dt > BAROARMA_STALE ? square(BAROARMA_UNSEEN_WALK) * dt * dt * dt / 12 : 0;
+}
+
+/* x = F x + B a,  P = F P F' + wander + variance B B'; zeros of F are skipped.  In an interval that is too long
+ * nothing was felt. */
 static void filter_predict(baroarma_filter *s, const baroarma_model *m, real a, real variance)
 {
     real FP[STATES][STATES] = {{0}}, x[STATES];
     int i, j, k;
+    if (m->dt > BAROARMA_STALE) a = 0;
     for (i = 0; i < STATES; i++) {
         x[i] = m->B[i] * a;
         for (k = 0; k < STATES; k++) {

@@ -44,3 +44,10 @@ def test_no_text_ends_a_comment_or_its_line(text):
 def test_whole_numbers_can_size_arrays():
     assert str(Number("STATES", 5, "of the filter")) == "#define BAROARMA_STATES 5 /* of the filter */"
     assert str(Number("MIDPOINT", True, "or not")).startswith("#define BAROARMA_MIDPOINT 1 ")
+
+
+def test_a_compiler_that_knows_trigraphs_sees_a_comment_and_nothing_else(gcc, tmp_path):
+    evil = ['*/ #error "out"', "??/", "\\", "// x", "/*", '"', "'", "\n#error line", "%s", "*\u200b/", "\x1a"]
+    lines = "".join(f"/* {comment(text)} */\n" for text in [*evil, "".join(evil)])
+    (tmp_path / "main.c").write_text(f"{lines}int main(void) {{ return 7; }}\n")
+    assert subprocess.run([gcc(tmp_path, "main")]).returncode == 7

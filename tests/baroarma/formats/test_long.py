@@ -120,7 +120,7 @@ def test_what_read_refuses_is_refused(tmp_path, small_parts):
 
 def test_a_gyro_in_the_wrong_unit_is_noticed_where_it_turns_fast(log, tmp_path, small_parts):
     gyro = log.gyro.copy()
-    gyro[1500] = 400.0
+    gyro[1500:1510] = 400.0  # a lone row would be a spike
     write_csv(replace(log, gyro=gyro), path := tmp_path / "log.csv")
     notes = LongRecording(path, visit=lambda part: None).barometer.notes
     assert [note.message for note in notes] == [note.message for note in read(path).notes]
@@ -156,3 +156,29 @@ def test_the_parts_need_no_more_memory_than_a_part(tmp_path, monkeypatch):
     assert rows == n
     part = 10_000 * 8 * 8
     assert peak < 6 * part < n * 8 * 8 / 3  # a part before and after each conversion, and the one before it
+
+
+@pytest.mark.parametrize("block", [1 << 22, 60])
+def test_a_clock_that_was_set_is_named_within_a_part_and_between_parts(tmp_path, monkeypatch, block):
+    monkeypatch.setattr(csv, "BLOCK", block)
+    rows = "".join(f"{k + (1_770_000_000 if k > 5 else 0)},{101_325 + k % 3}\n" for k in range(12))
+    (path := tmp_path / "log.csv").write_text("time_s,pressure_pa\n" + rows)
+    said = "line 8: the time is 1770000006 s after 5 s: it jumps as if the clock was set"
+    for reader in (read, LongRecording):
+        with pytest.raises(UnreadableError, match=said):
+            reader(path)
+
+
+def test_slow_rows_and_a_night_without_power_are_no_clock_that_was_set(tmp_path):
+    for step, gap in ((1e8, 1e8), (1.0, 1e6)):  # hours in ns; twelve days' gap
+        times = [0, step, 2 * step, 2 * step + gap, 3 * step + gap]
+        rows = "".join(f"{t},{101_325 + k}\n" for k, t in enumerate(times))
+        (path := tmp_path / "log.csv").write_text("time_s,pressure_pa\n" + rows)
+        assert len(read(path)) == 5
+
+
+def test_an_unended_last_line_is_noted_by_both_readers(tmp_path, small_parts):
+    (path := tmp_path / "log.csv").write_text("time_s,pressure_pa\n0,101325\n1,101326\n2,10132")
+    whole, long_one = read(path), LongRecording(path).barometer
+    assert "unended-line" in [note.code for note in whole.notes]
+    assert whole.notes == long_one.notes

@@ -1,10 +1,13 @@
 """Rows as they come: each one a sample at once, in SI units."""
 
+import io
+import os
+
 import numpy as np
 import pytest
 
 from baroarma.formats import UnreadableError
-from baroarma.formats.rows import sample_reader
+from baroarma.formats.rows import LONGEST_LINE, sample_reader
 
 HEAD = "time_s,pressure_hpa,acc_x_g,acc_y_g,acc_z_g,gyr_x_deg_s,gyr_y_deg_s,gyr_z_deg_s,note"
 
@@ -69,3 +72,30 @@ def test_binary_input_is_told_in_a_sentence():
 
     with pytest.raises(UnreadableError, match="this is no text"):
         list(sample_reader(lines()))
+
+
+def test_a_line_without_end_is_refused_before_it_fills_the_memory():
+    class Endless(io.RawIOBase):
+        asked = 0
+
+        def readable(self):
+            return True
+
+        def readinto(self, buffer):
+            Endless.asked += len(buffer)
+            buffer[:] = b"0" * len(buffer)
+            return len(buffer)
+
+    with pytest.raises(UnreadableError, match="line 1: it is longer than 65536 characters"):
+        next(sample_reader(io.TextIOWrapper(io.BufferedReader(Endless()))))
+    assert Endless.asked < 3 * LONGEST_LINE
+
+
+def test_a_stream_gives_each_sample_before_the_next_line_is_written():
+    readable, writable = os.pipe()
+    with open(readable) as lines, open(writable, "w", buffering=1) as logger:
+        logger.write("time_s,pressure_pa\n")
+        samples = sample_reader(lines)
+        for k in range(5):
+            logger.write(f"{k},{100_000 + k}\n")
+            assert next(samples).pressure == 100_000 + k
