@@ -103,13 +103,13 @@ RIDE_SD: Final = 10.0
 """Velocity of which nothing is known, m/s (chosen by us)."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def is_sample(v: Array) -> bool:
     """Return whether all three components are there."""
     return math.isfinite(v[0]) and math.isfinite(v[1]) and math.isfinite(v[2])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def turn(q: Array, x: float, y: float, z: float) -> None:
     """Let q = q exp((x, y, z) / 2), a turn by so many rad about body axes."""
     half = 0.5 * math.sqrt(x * x + y * y + z * z)
@@ -122,7 +122,7 @@ def turn(q: Array, x: float, y: float, z: float) -> None:
     q[0], q[1], q[2], q[3] = a, b, c, d
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def fill_rotation(C: Array, q: Array) -> None:
     """Write the matrix body to world; its last row is the vertical in body axes."""
     x, y, z, w = q[0], q[1], q[2], q[3]
@@ -131,7 +131,7 @@ def fill_rotation(C: Array, q: Array) -> None:
     C[2, 0], C[2, 1], C[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def fill_level(q: Array, x: float, y: float, z: float) -> None:
     """Write the shortest rotation with this vertical, of any length; upside down it is a turn about x."""
     horizontal = math.hypot(x, y)
@@ -142,7 +142,7 @@ def fill_level(q: Array, x: float, y: float, z: float) -> None:
         q[0] = math.sin(half)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy", inline="always")
 def rotate(
     dt: float,
     gyro: Array,
@@ -184,7 +184,7 @@ def rotate(
         sums[TILT_VARIANCE] += s.rate_error**2 * PERSISTENCE * (x * x + y * y + z * z) / dt
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy", inline="always")
 def accelerate(
     dt: float,
     fx: float,
@@ -227,7 +227,7 @@ def accelerate(
         age[1] = 0.0
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy", inline="always")
 def travel(dt: float, estimate: Array, flow: Array, sums: Array) -> None:
     """Integrate the velocity and its errors, for their means."""
     sums[DOUBLE_FORCE] += sums[FORCE] * dt
@@ -238,7 +238,7 @@ def travel(dt: float, estimate: Array, flow: Array, sums: Array) -> None:
         flow[5, j] += flow[3, j] * dt
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def begin(m: RobustState) -> None:
     """Begin a new interval."""
     m.flow[:] = 0.0
@@ -247,7 +247,7 @@ def begin(m: RobustState) -> None:
     m.age[2] = 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def fill_matrices(s: RobustSettings, m: RobustState) -> None:
     """Write F, Q, H and R of the interval that ends now; their other elements are 0, of F the identity's."""
     F, Q, H, sums, T = m.F, m.Q, m.H, m.sums, m.age[2]
@@ -267,7 +267,7 @@ def fill_matrices(s: RobustSettings, m: RobustState) -> None:
     m.R[0, 0] = m.R[1, 1] = velocity_variance(s, m)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def velocity_variance(s: RobustSettings, m: RobustState) -> float:
     """Return the variance of "the mean velocity was 0": 2 sd² time / T, in a ride more by its square."""
     T = m.age[2]
@@ -276,7 +276,7 @@ def velocity_variance(s: RobustSettings, m: RobustState) -> float:
     return float(2 * s.velocity_sd**2 * s.velocity_time / T * max(1.0, speed / usual) ** 2)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def update(x: Array, P: Array, h: Array, z: float, r: float, work: Array) -> None:
     """Take one scalar measurement z, with the row `h` of H and the variance `r`."""
     row, s, y = work[0], r, z
@@ -292,7 +292,7 @@ def update(x: Array, P: Array, h: Array, z: float, r: float, work: Array) -> Non
             P[i, j] -= row[i] * row[j] / s
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def predict(x: Array, P: Array, F: Array, Q: Array, work: Array) -> None:
     """Let x = F x and P = F P F' + Q, whose rows from the fifth on are the identity's and the diagonal's."""
     for i in range(4):
@@ -315,7 +315,7 @@ def predict(x: Array, P: Array, F: Array, Q: Array, work: Array) -> None:
         P[i, i] += Q[i, i]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def level(s: RobustSettings, m: RobustState, C: Array, work: Array) -> None:
     """Take "the mean velocity was 0" and fold the errors found into the estimates."""
     fill_matrices(s, m)
@@ -332,13 +332,13 @@ def level(s: RobustSettings, m: RobustState, C: Array, work: Array) -> None:
     begin(m)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def is_lost(s: RobustSettings, m: RobustState) -> bool:
     """Return whether the tilt must be wrong: nobody is that fast, or the mean force points down."""
     return math.hypot(m.estimate[0], m.estimate[1]) > s.top_speed or m.sums[FORCE] < 0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def level_anew(
     fx: float, fy: float, fz: float, sd: float, s: RobustSettings, m: RobustState, C: Array
 ) -> bool:
@@ -356,7 +356,7 @@ def level_anew(
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def level_by_mean(s: RobustSettings, m: RobustState, C: Array) -> bool:
     """Take the tilt from the mean specific force since the last levelling."""
     T = m.age[2]
@@ -370,7 +370,7 @@ def level_by_mean(s: RobustSettings, m: RobustState, C: Array) -> bool:
     )  # fmt: skip
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def restart(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Array) -> None:
     """Go on from a tilt taken anew with this row's samples; without one, as if at rest."""
     m.age[0] = m.age[1] = 0.0
@@ -381,7 +381,7 @@ def restart(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Arr
             m.held[3 + i] = C[i, 0] * accel[0] + C[i, 1] * accel[1] + C[i, 2] * accel[2]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def recover(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Array) -> None:
     """Take a lost tilt anew from this row's specific force, if there is one; until a mean force gives it."""
     if is_sample(accel) and level_anew(accel[0], accel[1], accel[2], LEVELLING_SD, s, m, C):
@@ -389,7 +389,7 @@ def recover(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Arr
         m.age[3] = 1.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def end_interval(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Array, work: Array) -> None:
     """Level; a tilt that is doubtful or must be wrong is taken anew from the interval's mean force."""
     if (m.age[3] > 0.0 or is_lost(s, m)) and level_by_mean(s, m, C):
@@ -399,7 +399,7 @@ def end_interval(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C
         level(s, m, C, work)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy", inline="always")
 def project(
     accel: Array,
     s: RobustSettings,
@@ -408,26 +408,28 @@ def project(
     sums: Array,
     P: Array,
     C: Array,
-    up: Array,
+    k: int,
+    ups: Array,
 ) -> tuple[float, float]:
-    """Write the vertical `latency` ahead; return the vertical acceleration with its sd, NaN without sample.
+    """Write row k's vertical `latency` ahead; return the vertical acceleration and sd, NaN without sample.
 
     What the accelerometer feels beside gravity is projected on the vertical ahead: gravity itself arrives as
     late as the rate that turned the vertical.
     """
     x, y, z = C[2, 0], C[2, 1], C[2, 2]
-    up[0], up[1], up[2] = x, y, z
+    ux, uy, uz = x, y, z
     if s.latency > 0:
         a = s.latency * (held[0] - estimate[2])
         b = s.latency * (held[1] - estimate[3])
         c = s.latency * (held[2] - estimate[4])
         px, py, pz = x - b * z + c * y, y - c * x + a * z, z - a * y + b * x
         n = 1.0 / math.sqrt(px * px + py * py + pz * pz)
-        up[0], up[1], up[2] = n * px, n * py, n * pz
+        ux, uy, uz = n * px, n * py, n * pz
+    ups[k, 0], ups[k, 1], ups[k, 2] = ux, uy, uz
     if not is_sample(accel):
         return math.nan, math.nan
     g = s.gravity
-    vertical = up[0] * (accel[0] - g * x) + up[1] * (accel[1] - g * y) + up[2] * (accel[2] - g * z)
+    vertical = ux * (accel[0] - g * x) + uy * (accel[1] - g * y) + uz * (accel[2] - g * z)
     fx = C[0, 0] * accel[0] + C[0, 1] * accel[1] + C[0, 2] * accel[2]
     fy = C[1, 0] * accel[0] + C[1, 1] * accel[1] + C[1, 2] * accel[2]
     own = sums[TILT_VARIANCE] + (s.accel_bias_sd / g) ** 2
@@ -435,60 +437,76 @@ def project(
     return vertical, math.sqrt(max(variance, 0.0) + s.accel_noise_sd**2)
 
 
-@njit(cache=True)
-def screen(
-    accel: Array, gyro: Array, held: Array, doubt: Array, C: Array, force: Array, rate: Array
-) -> float:
-    """Write this row's force and rate as far as they are believed, NaN where they are not.
+@njit(cache=True, error_model="numpy", inline="always")
+def is_usual(force: Array, rate: Array, held: Array, doubt: Array, C: Array) -> bool:
+    """Return whether `screen` would leave this row as it is, and change no doubt: nearly always."""
+    jump = turning = size = speed = 0.0
+    for i in range(3):
+        jump += (C[i, 0] * force[0] + C[i, 1] * force[1] + C[i, 2] * force[2] - held[3 + i]) ** 2
+        turning += (rate[i] - held[i]) ** 2
+        size += force[i] * force[i]
+        speed += rate[i] * rate[i]
+    calm = doubt[0, 0] == PATIENCE and doubt[1, 0] == PATIENCE
+    small = size < MOST_FORCE**2 and speed < MOST_RATE**2 and size > 0.0
+    return calm and small and jump <= FORCE_JUMP**2 and turning <= RATE_JUMP**2
+
+
+@njit(cache=True, error_model="numpy")
+def screen(force: Array, rate: Array, held: Array, doubt: Array, C: Array) -> float:
+    """Leave of this row's force and rate what is believed, and NaN of what is not.
 
     A transfer breaks, and a sample is wild; a knock is wild, too.  So what jumps is believed when it is seen
     again.  All six exactly 0 is a sensor that restarts.  Returns by how much a doubted force jumped, m/s².
     """
-    restarts = is_zero(accel) and is_zero(gyro)
-    there, turns = is_within(accel, MOST_FORCE) and not restarts, is_within(gyro, MOST_RATE) and not restarts
-    jump, turning = 0.0, 0.0
+    restarts = is_zero(force) and is_zero(rate)
+    there, turns = is_within(force, MOST_FORCE) and not restarts, is_within(rate, MOST_RATE) and not restarts
+    jump, turning, doubted = 0.0, 0.0, False
     for i in range(3):
-        force[i] = accel[i] if there else math.nan
-        jump += (C[i, 0] * accel[0] + C[i, 1] * accel[1] + C[i, 2] * accel[2] - held[3 + i]) ** 2
-        turning += (gyro[i] - held[i]) ** 2
-    turns = turns and not is_doubted(gyro, turning, RATE_JUMP, doubt[1])
+        jump += (C[i, 0] * force[0] + C[i, 1] * force[1] + C[i, 2] * force[2] - held[3 + i]) ** 2
+        turning += (rate[i] - held[i]) ** 2
+    if turns:
+        turns = not is_doubted(1, rate, turning, RATE_JUMP, doubt)
+    if there:
+        doubted = is_doubted(0, force, jump, FORCE_JUMP, doubt)
     for i in range(3):
-        rate[i] = gyro[i] if turns else math.nan
-    if there and is_doubted(accel, jump, FORCE_JUMP, doubt[0]):
-        return math.sqrt(jump)
-    return 0.0
+        rate[i] = rate[i] if turns else math.nan
+        force[i] = force[i] if there else math.nan
+    return math.sqrt(jump) if doubted else 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def is_within(v: Array, most: float) -> bool:
     """Return whether a sample is there, and no longer than a sensor can tell."""
     return bool(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] < most * most)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def is_zero(v: Array) -> bool:
     """Return whether all three components are exactly 0."""
     return bool(v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0)
 
 
-@njit(cache=True)
-def is_doubted(v: Array, jump: float, most: float, doubt: Array) -> bool:
+@njit(cache=True, error_model="numpy", inline="always")
+def is_doubted(sensor: int, v: Array, jump: float, most: float, doubt: Array) -> bool:
     """Return whether a sample whose jump has this square is to be seen again first."""
-    again = 0.0
-    for i in range(3):
-        again += (v[i] - doubt[1 + i]) ** 2
-    if jump > most * most and doubt[0] >= 1.0 and not again < most * most:
-        doubt[0] -= 1.0
+    jumps, doubted = jump > most * most, False
+    if jumps and doubt[sensor, 0] >= 1.0:
+        again = 0.0
         for i in range(3):
-            doubt[1 + i] = v[i]
-        return True
-    if jump <= most * most:
-        doubt[0] = min(doubt[0] + REGAINED, PATIENCE)
-    doubt[1] = math.nan
-    return False
+            again += (v[i] - doubt[sensor, 1 + i]) ** 2
+        doubted = not again < most * most
+    if doubted:
+        doubt[sensor, 0] -= 1.0
+        for i in range(3):
+            doubt[sensor, 1 + i] = v[i]
+    else:
+        if not jumps:
+            doubt[sensor, 0] = min(doubt[sensor, 0] + REGAINED, PATIENCE)
+        doubt[sensor, 1] = math.nan
+    return doubted
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def run_robust(
     dt: Array,
     accel: Array,
@@ -501,13 +519,15 @@ def run_robust(
 ) -> None:
     """Run the filter over all samples; its memory `m` goes on, the last three are filled."""
     C, work, f, w = np.empty((3, 3)), np.empty((5, STATES)), np.empty(3), np.empty(3)
-    q, estimate, held, age, flow, sums, P = m.q, m.estimate, m.held, m.age, m.flow, m.sums, m.P
+    q, estimate, held, age, flow, sums = m[:6]
+    P, doubt = m.P, m.doubt
     fill_rotation(C, q)
     for k in range(len(dt)):
         T = dt[k]
         for i in range(3):
             age[i] += T
-        jump = screen(accel[k], gyro[k], held, m.doubt, C, f, w)
+            f[i], w[i] = accel[k, i], gyro[k, i]
+        jump = 0.0 if is_usual(f, w, held, doubt, C) else screen(f, w, held, doubt, C)
         if age[0] <= s.longest_hold:
             rotate(T, w, s, q, estimate, held, age, flow, sums, C)
             fx = C[0, 0] * f[0] + C[0, 1] * f[1] + C[0, 2] * f[2]
@@ -523,4 +543,4 @@ def run_robust(
                 end_interval(f, w, s, m, C, work)
         else:
             recover(f, w, s, m, C)
-        vertical[k], vertical_sd[k] = project(f, s, estimate, held, sums, P, C, ups[k])
+        vertical[k], vertical_sd[k] = project(f, s, estimate, held, sums, P, C, k, ups)
