@@ -25,16 +25,16 @@ LONGEST_IMU_GAP: Final = 1.0
 """Seconds without IMU, and ten usual intervals, that are told: on stairs they move a track by 7 sds."""
 
 
-def refuse_unfit(recording: Recording, preset: Preset) -> None:
-    """Raise if a recording lacks what a chain needs.
+def refuse_unfit(recording: Recording, preset: Preset) -> tuple[Finding, ...]:
+    """Raise if a recording lacks what a chain needs; return what `reading_notes` does.
 
     Raises
     ------
     ValueError
         The message says what is missing and what to do.
     """
-    name = recording.name or "the recording"
-    wrong = [note.message for note in _notes(recording) if note.severity == "error"]
+    name, notes = recording.name or "the recording", reading_notes(recording)
+    wrong = [note.message for note in notes if note.severity == "error"]
     if wrong:
         raise ValueError(f"{name}: {wrong[0]}")
     if not recording.is_new.any():
@@ -45,6 +45,7 @@ def refuse_unfit(recording: Recording, preset: Preset) -> None:
         raise ValueError(
             f"{name} has no reference attitude, which the attitude 'reference' passes on; choose another one"
         )
+    return notes
 
 
 def needs_imu(what: str, preset: Preset) -> str:
@@ -56,15 +57,10 @@ def needs_imu(what: str, preset: Preset) -> str:
 
 
 def reading_notes(recording: Recording) -> tuple[Finding, ...]:
-    """Return what reading noticed and a track should repeat."""
-    return tuple(note for note in _notes(recording) if note.severity != "info")
-
-
-def _notes(recording: Recording) -> tuple[Finding, ...]:
-    """Return the notes; a recording that was built by hand has its units looked at, which costs little."""
-    if recording.source is not None or any(note.code == "units" for note in recording.notes):
-        return recording.notes
-    return (*recording.notes, *unit_findings(recording))
+    """Return what reading noticed and a track should repeat; by hand means that units are looked at now."""
+    looked_at = recording.source is not None or any(note.code == "units" for note in recording.notes)
+    own = () if looked_at else unit_findings(recording)
+    return tuple(note for note in (*recording.notes, *own) if note.severity != "info")
 
 
 def track_findings(
@@ -82,7 +78,6 @@ def track_findings(
         Seconds at the start that were taken for rest.
     """
     return (
-        *reading_notes(recording),
         *_about_whitening(chain),
         *_about_noise(preset, noise, chain),
         *_about_sensors(recording, chain, aligned_over),

@@ -141,7 +141,7 @@ def track_file(
 
 
 def _tracks(tracker: Tracker, log: LongRecording) -> Iterator[Track]:
-    """Yield the parts' tracks; `feed` says of the first part what its rows say against it, we of the others."""
+    """Yield the parts' tracks; `feed` tells what the first part says against itself, we of the others."""
     tracker.reset()
     parts = log.parts()
     for k, part in enumerate(chain(_first(parts), parts)):

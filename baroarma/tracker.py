@@ -27,7 +27,7 @@ from baroarma.estimators.conditioning import CONDITIONINGS, conditioner_of
 from baroarma.estimators.stillness import Stillness
 from baroarma.estimators.strapdown import bourke_track
 from baroarma.finding import Finding
-from baroarma.fitness import Divergence, needs_imu, reading_notes, refuse_unfit, track_findings
+from baroarma.fitness import Divergence, needs_imu, refuse_unfit, track_findings
 from baroarma.noise_model import NoiseModel
 from baroarma.presets import Preset, find_preset
 from baroarma.recording import Recording
@@ -273,13 +273,13 @@ class Tracker:
         return self._track(recording, float(lag))
 
     def _track(self, recording: Recording, lag: float | None) -> Track:
-        refuse_unfit(recording, self.settings)
+        notes = refuse_unfit(recording, self.settings)
         self.reset()
         if self.settings.height is None:
             if lag is not None:
                 raise ValueError(f"the preset {self.settings.name} is off-line already, and can't smooth")
             track = bourke_track(recording)
-            return replace(track, findings=(*reading_notes(recording), *track.findings))
+            return replace(track, findings=(*notes, *track.findings))
         t, altitude = recording.t, recording.height()
         first = t[: np.searchsorted(t, t[0] + 2 * ALIGNMENT) + 1]
         elapsed = np.cumsum(np.diff(first, prepend=first[:1]))  # as `step` sums it
@@ -301,7 +301,7 @@ class Tracker:
         name = self.settings.name if lag is None else f"{self.settings.name}, smoothed"
         drift_rate = (self.noise or DEFAULT_NOISE).drift_rate
         self._divergence = Divergence(float(t[0]), self._chain, drift_rate=drift_rate)
-        findings = (*findings, *self._watched(t, columns[0], altitude))
+        findings = (*notes, *findings, *self._watched(t, columns[0], altitude))
         return _track(recording, columns, name, findings)
 
     def _watched(self, t: Signal, height: Signal, altitude: Signal) -> tuple[Finding, ...]:

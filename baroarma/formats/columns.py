@@ -179,8 +179,8 @@ def _refuse_missing(path: str, header: Sequence[str], chosen: Mapping[str, str])
     if not any(COLUMNS[ours].field == "t" for ours in chosen):
         if all(NUMBER.fullmatch(name) for name in header):
             raise UnreadableError(
-                f"{path}: the first line holds numbers, {_listed(header)}; put a line above it that names the "
-                "columns"
+                f"{path}: the first line holds numbers, {_listed(header)}; put a line above it that names "
+                "the columns"
             )
         raise UnreadableError(
             f"{path}: there is no column {TIME!r} among {_listed(header)} in the first line; map it: "
