@@ -24,6 +24,7 @@ from baroarma.estimators.attitude.alignment import ENOUGH, PARTS
 from baroarma.estimators.attitude.kernels import LONGEST_HOLD, MOST_FORCE, MOST_RATE
 from baroarma.estimators.base import ROUNDING, UNSEEN_WALK
 from baroarma.estimators.conditioning import FARTHEST, Conditioner, conditioner_of
+from baroarma.estimators.height.linear import LONGEST_STEP
 from baroarma.export.c_text import Number, Numbers, comment
 from baroarma.export.golden import golden_header
 from baroarma.export.parts import ATTITUDES, CONDITIONINGS, HEIGHTS, Part
@@ -204,6 +205,7 @@ def _chain_numbers(preset: Preset) -> Numbers:
         Number("STALE", LONGEST_HOLD + ROUNDING, "an older acceleration counts as 0, s"),
         Number("UNSEEN_WALK", UNSEEN_WALK, "how the velocity then wanders, m/s per root second"),
         Number("LEAST_STEP", 1e-6, "s"),
+        Number("LONGEST_GAP", LONGEST_STEP, "height and velocity are unknown after such an interval, s"),
         Number("SCALE_HEIGHT", SCALE_HEIGHT, "T0/L of the ISA, m"),
         Number("EXPONENT", EXPONENT, "R L/g of the ISA"),
         Number("SEA_LEVEL_PRESSURE", SEA_LEVEL_PRESSURE, "of the ISA, Pa"),

@@ -13,7 +13,8 @@ The log-odds of `rested` against `free` begin with what the velocity says by its
 with v and P_vv of the free filter: a lift's start was felt by the IMU, and is in v.  From then on every
 altitude adds the difference of the two log-likelihoods.  The state is `rested`'s while the odds are positive,
 else `free`'s: a rest that turns out wrong is undone by looking at the other filter.  The odds are held within
-`longest_odds`, for a model is never quite right and evidence must be able to turn.
+`longest_odds`, for a model is never quite right and evidence must be able to turn.  But what has been refuted
+at 100 to 1 is believed again only at 1 to 100: otherwise a gust would now and then stop a lift for a moment.
 
 While the rest is refuted, it is considered anew every `recovery` s, from `free`, for a soft stop is not felt.
 It is believed at once if the velocity almost surely is that of a rest; else the altitudes have to show it.
@@ -70,11 +71,12 @@ SINCE, COUNT, JUMP, SUM, FIRST, LATE = 0, 1, 2, 3, 4, 5
 RESTED: Final = 0
 FREE: Final = 1
 FILTERS: Final = 4
-FLAGS: Final = 11
+FLAGS: Final = 12
 """Length of `Filters.memory`; its entries:"""
 _FORKED, _ODDS, _AGE, _SINCE, _OLDER, _ON_FLOOR, _FORK_ROW, _SILENCE = 0, 1, 2, 3, 4, 5, 6, 7
 _RENEWED: Final = 6  # ... 8 and 9: the rows at which filters 2 and 3 last began anew
 _SWAY: Final = 10  # variance of the velocity of what rests
+_REFUTED: Final = 11  # the odds were below -SURE, and have not been above SURE since
 AT_REST: Final = 1
 REJECTED: Final = 2
 """Bits of a decision: v = 0 was taken; the altitude was not."""
@@ -131,7 +133,7 @@ class Filters(NamedTuple):
     of the offset), the recent sum of innovations in standard deviations, the mean of those rejected in the
     first half of `recovery` and of late (m)."""
     memory: Signal
-    """Flags and timers, (11,)."""
+    """Flags and timers, (12,)."""
 
 
 class Decisions(NamedTuple):
@@ -301,7 +303,7 @@ def run_bank(
         if flags[_FORKED] and chosen == RESTED:  # a start may have gone unnoticed for so long
             out[3, k] = math.sqrt(P[int(flags[_OLDER]), VELOCITY, VELOCITY])
     if flags[_FORKED]:
-        if flags[_ODDS] >= 0.0:
+        if speaker(flags) == RESTED:
             _mark(flags, bits)
         flags[_FORK_ROW] -= n
         flags[_RENEWED + 2] -= n
@@ -381,7 +383,7 @@ def _active(flags: Signal) -> int:
 @njit(cache=True, error_model="numpy", inline="always")
 def speaker(flags: Signal) -> int:
     """Return which filter speaks for the bank, given its memory."""
-    return FREE if flags[_FORKED] and flags[_ODDS] < 0.0 else RESTED
+    return FREE if flags[_FORKED] and (flags[_ODDS] < 0.0 or flags[_REFUTED]) else RESTED
 
 
 @njit(cache=True, error_model="numpy")
@@ -419,6 +421,7 @@ def _fork(
     P[RESTED, VELOCITY, VELOCITY] += startled
     flags[_FORKED], flags[_OLDER], flags[_FORK_ROW] = 1.0, 2.0, k
     flags[_ODDS] = min(max(odds, -rules.longest_odds), rules.longest_odds)
+    flags[_REFUTED] = 1.0 if odds <= -SURE else 0.0
     flags[_AGE] = flags[_SINCE] = flags[_ON_FLOOR] = 0.0
     return float(startled)
 
@@ -442,7 +445,7 @@ def _renew(k: int, dt: float, memory: float, x: Signal, P: Signal, doubt: Signal
 @njit(cache=True, error_model="numpy", inline="always")
 def _watch_sway(dt: float, x: Signal, P: Signal, flags: Signal) -> None:
     """Learn how fast what rests still moves: what the older recent filter sees beyond its own variance."""
-    if flags[_AGE] > 0.0 and flags[_ODDS] > 0.0:
+    if flags[_AGE] > 0.0 and speaker(flags) == RESTED:
         older = int(flags[_OLDER])
         own = P[older, VELOCITY, VELOCITY]
         excess = min(x[older, VELOCITY] ** 2, 4.0 * (own + flags[_SWAY])) - own  # a start is no sway
@@ -454,13 +457,13 @@ def _starts(sway: float, onset: float, x: Signal, P: Signal, flags: Signal) -> b
     """Return whether the velocity that has come up since shortly before is none of a rest."""
     older = int(flags[_OLDER])
     variance = P[older, VELOCITY, VELOCITY] + max(flags[_SWAY], sway**2)
-    return bool(flags[_ODDS] >= 0.0 and x[older, VELOCITY] ** 2 > onset**2 * variance)
+    return bool(speaker(flags) == RESTED and x[older, VELOCITY] ** 2 > onset**2 * variance)
 
 
 @njit(cache=True, error_model="numpy")
 def _join(x: Signal, P: Signal, doubt: Signal, flags: Signal, bits: NDArray[np.uint8]) -> None:
     """Go on with one filter: the rest is over."""
-    if flags[_ODDS] >= 0.0:
+    if speaker(flags) == RESTED:
         _copy(int(flags[_OLDER]), 0, x, P, doubt)
         _mark(flags, bits)
     else:
@@ -496,6 +499,8 @@ def _hear(news: float, longest: float, flags: Signal) -> None:
     """Change the log-odds, no further than one altitude may, nor beyond where they can turn."""
     odds = flags[_ODDS] + min(max(news, -MOST_NEWS), MOST_NEWS)
     flags[_ODDS] = min(max(odds, -longest), longest)
+    if abs(odds) > SURE:
+        flags[_REFUTED] = 1.0 if odds < 0.0 else 0.0
 
 
 @njit(cache=True, error_model="numpy")

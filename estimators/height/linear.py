@@ -39,6 +39,10 @@ Signal = NDArray[np.float64]
 STALE: Final = LONGEST_HOLD + ROUNDING
 """In an interval longer than this, s, no acceleration is integrated: what happened meanwhile was not felt."""
 
+LONGEST_STEP: Final = 600.0
+"""A longer interval counts as this, s: velocity and height are unknown by then (12 m/s, 4 km), and numbers
+that are larger still would drown what is known."""
+
 
 class LinearHeight(KalmanFilter, HeightEstimator):
     """Run a linear Kalman filter for height and velocity.
@@ -153,7 +157,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         Of filterpy's attributes x and P are those of this sample; the others, such as `x_prior` or `K`, are
         those of the last `predict`, `update` or `run`.
         """
-        first, dt = not self._started, float(dt) if self._started else 0.0
+        first, dt = not self._started, min(float(dt), LONGEST_STEP) if self._started else 0.0
         u, variance, quiet = self._driven(float(acceleration), float(acceleration_sd))
         u = u if dt <= STALE else 0.0
         row = self._row(dt, float(altitude), u, variance, quiet or bool(at_rest), up)
@@ -263,7 +267,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         up: Signal | None,
     ) -> Rows:
         """Turn samples, and the time before each (NaN: none, the first), into what the loops read."""
-        n, altitude = len(steps), np.asarray(altitude, float)
+        n, altitude, steps = len(steps), np.asarray(altitude, float), np.minimum(steps, LONGEST_STEP)
         u, missed, quiet = self.drive.rows(as_signal(acceleration, n))
         u = np.where(steps > STALE, 0.0, u)
         sd = as_signal(acceleration_sd, n)

@@ -38,7 +38,7 @@ static int active(const baroarma_height *s)
 /* The filter that speaks for the bank. */
 static int speaker(const baroarma_height *s)
 {
-    return s->forked && s->odds < 0 ? FREE : RESTED;
+    return s->forked && (s->odds < 0 || s->refuted) ? FREE : RESTED;
 }
 
 static real within(real value, real most)
@@ -65,6 +65,7 @@ static void height_start(baroarma_height *s, const baroarma_rest *rest)
     s->forked = s->on_floor = s->started = 0;
     s->older = RECENT;
     s->odds = s->silence = s->away = 0;
+    s->refuted = 0;
     set_clock(&s->age, 0);
     set_clock(&s->since, 0);
     s->sway = square(BAROARMA_SWAY);
@@ -120,6 +121,7 @@ static void consider_rest(baroarma_height *s, int source, real rest_variance)
     s->older = RECENT;
     s->on_floor = 0;
     s->odds = within(odds, BAROARMA_LONGEST_ODDS);
+    s->refuted = odds <= -BAROARMA_SURE;
     set_clock(&s->age, 0);
     set_clock(&s->since, 0);
 }
@@ -129,7 +131,7 @@ static int starts(const baroarma_height *s)
 {
     const baroarma_filter *f = &s->filters[s->older];
     const real variance = f->P[VELOCITY][VELOCITY] + larger(s->sway, square(BAROARMA_SWAY));
-    return s->odds >= 0 && square(f->x[VELOCITY]) > square(BAROARMA_ONSET) * variance;
+    return speaker(s) == RESTED && square(f->x[VELOCITY]) > square(BAROARMA_ONSET) * variance;
 }
 
 /* Learn how fast what rests still moves: what the older recent filter sees beyond its own variance. */
@@ -138,7 +140,7 @@ static void watch_sway(baroarma_height *s, real dt)
     const baroarma_filter *f = &s->filters[s->older];
     const real own = f->P[VELOCITY][VELOCITY];
     real excess;
-    if (!(s->age.time > 0 && s->odds > 0)) return;
+    if (!(s->age.time > 0 && speaker(s) == RESTED)) return;
     excess = smaller(square(f->x[VELOCITY]), 4 * (own + s->sway)) - own; /* a start is no sway */
     s->sway = larger(s->sway + smaller(dt / BAROARMA_SWAY_TIME, 1) * (excess - s->sway), 0);
 }
@@ -162,7 +164,7 @@ static void renew(baroarma_height *s, real dt)
 static void weigh_rest(baroarma_height *s, real dt, int still, real rest_variance)
 {
     if (s->forked && (!still || starts(s))) {
-        copy_filter(s, s->odds >= 0 ? s->older : FREE, RESTED);
+        copy_filter(s, speaker(s) == RESTED ? s->older : FREE, RESTED);
         s->forked = 0;
     }
     if (s->forked && s->odds < -BAROARMA_SURE && s->age.time >= BAROARMA_RECOVERY - BAROARMA_ROUNDING) {
@@ -224,6 +226,7 @@ static void take_altitude(baroarma_height *s, real altitude)
     if (n == 1) return;
     if (believed) s->odds += within(news, BAROARMA_MOST_NEWS);
     s->odds = within(s->odds, BAROARMA_LONGEST_ODDS);
+    if (FABS(s->odds) > BAROARMA_SURE) s->refuted = s->odds < 0;
 }
 
 /* Take the known floor that the rested filter stands on, once a rest, if it is sure. */
@@ -259,9 +262,10 @@ static void height_step(baroarma_height *s, real dt, real altitude, real acceler
     const real variance = driving_variance(&s->drive, sd);
     const real rest_variance = larger(square(BAROARMA_REST_TIME) * variance, square(BAROARMA_REST_SD));
     const int quiet = BAROARMA_CONFIRM_REST && (still || at_rest(&s->drive));
-    const real turn_variance = turned(s, up, quiet), time = s->started ? dt : 0;
+    const real turn_variance = turned(s, up, quiet), step = dt < BAROARMA_LONGEST_GAP ? dt : BAROARMA_LONGEST_GAP;
+    const real time = s->started ? step : 0;
     int i, n = active(s);
-    if (s->started && !(FABS(dt - s->model.dt) <= 0)) fill_model(&s->model, dt);
+    if (s->started && !(FABS(time - s->model.dt) <= 0)) fill_model(&s->model, time);
     for (i = 0; i < n; i++) advance(s, i, time, a, variance, turn_variance);
     s->started = 1;
     s->silence += time;

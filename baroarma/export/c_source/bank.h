@@ -15,6 +15,7 @@ typedef struct {
     baroarma_doubt doubts[BAROARMA_FILTERS];
     int forked, older, on_floor;   /* a rest is considered; the older of the recent; a floor has been taken */
     baroarma_real odds;            /* log-odds of rest */
+    int refuted;                   /* they were below -SURE, and have not been above SURE since */
     baroarma_clock age, since;     /* of the fork; since a recent filter began anew */
     baroarma_real silence;         /* time since the last altitude, s */
     baroarma_real sway;            /* variance of the velocity of what rests, (m/s)^2 */

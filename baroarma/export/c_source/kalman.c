@@ -30,10 +30,11 @@ static void height_step(baroarma_height *s, real dt, real altitude, real acceler
 {
     const real a = drive_step(&s->drive, acceleration);
     const real sd = isnan(acceleration_sd) ? BAROARMA_ACCELERATION_SD : acceleration_sd;
+    const real step = dt < BAROARMA_LONGEST_GAP ? dt : BAROARMA_LONGEST_GAP;
     (void)up;
     (void)still;
     if (s->started) {
-        if (!(FABS(dt - s->model.dt) <= 0)) fill_model(&s->model, dt);
+        if (!(FABS(step - s->model.dt) <= 0)) fill_model(&s->model, step);
         filter_predict(&s->filter, &s->model, a, driving_variance(&s->drive, sd));
     }
     s->started = 1;

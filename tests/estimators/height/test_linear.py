@@ -250,3 +250,17 @@ def test_a_step_leaves_states_that_were_taken_from_the_filter_alone(name):
     assert np.array_equal(x, before[0])
     assert np.array_equal(P, before[1])
     assert not np.array_equal(kf.P, P)
+
+
+@pytest.mark.parametrize("gap", [1e3, 1e5, 1e9])
+@pytest.mark.parametrize("name", NAMES)
+def test_after_a_gap_however_long_the_height_is_unknown_but_a_number(name, gap):
+    t = np.arange(400) / 50
+    t[200:] += gap
+    still, altitude = np.zeros(400, np.bool_), np.zeros(400)
+    altitude[200] = np.nan
+    for at_rest in (still, ~still):
+        found = make(name, dt=0.02).run(t, altitude, np.zeros(400), at_rest=at_rest)
+        assert np.isfinite(found).all()
+        assert found.height_sd[199] < 3 < found.height_sd[200]
+        assert found.height_sd[-1] < 200  # the offset's 100 m, and what it was before
