@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 WORKERS ?= auto
 
-.PHONY: demo test docs fuzz soak lint typing check clean
+.PHONY: demo test docs fuzz soak mutation coverage lint typing check clean
 
 demo: .venv/user
 	$(BIN)/baroarma demo --out demo
@@ -15,13 +15,25 @@ test: .venv/dev
 docs: .venv/dev
 	$(BIN)/sphinx-build -W --keep-going -n -q docs build/docs
 
-# Beside the gate, which runs short versions of these two.
+# Beside the gate, which runs short versions of the first two.
 fuzz: .venv/dev
 	$(BIN)/python -m pip install --quiet -e '.[fuzz]'
 	$(BIN)/python tests/fuzz/fuzz.py --runs 100000 --seed 1
 
 soak: .venv/dev
 	$(BIN)/python benchmarks/soak.py
+
+mutation: .venv/dev
+	$(BIN)/python benchmarks/mutation.py
+
+# What is compiled can't be seen: the kernels' tests run once more as plain Python, slow ones not to their end.
+KERNELS = tests/estimators tests/identification/test_arma_kernels.py tests/identification/test_structural.py
+coverage: .venv/dev
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest -n $(WORKERS)
+	-NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -q -n $(WORKERS) --timeout 20 $(KERNELS)
+	$(BIN)/coverage combine
+	$(BIN)/coverage report
 
 lint: .venv/dev
 	$(BIN)/ruff format --check .

@@ -254,7 +254,7 @@ def gauss_markov_arma(
 
 
 def _radius(ar: tuple[float, ...]) -> float:
-    return float(max(np.abs(np.roots((1.0, *ar))), default=0.0)) if ar else 0.0
+    return float(max(np.abs(np.roots((1.0, *ar))), default=0.0))
 
 
 def _memory(ar: tuple[float, ...]) -> int:

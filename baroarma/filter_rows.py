@@ -83,7 +83,7 @@ def _kalman_gains(height: LinearHeight, dt: float, new: NDArray[np.bool_]) -> It
     for k, fresh in enumerate(new.tolist()):
         A, b = (F, B[:, 0]) if k else (one, none)
         if k:
-            KalmanFilter.predict(height, 0.0, B=B, F=F, Q=Q)
+            KalmanFilter.predict(height, F=F, Q=Q)
         if fresh:
             KalmanFilter.update(height, 0.0)
             kept = one - height.K @ height.H

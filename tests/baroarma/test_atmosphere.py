@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from baroarma.atmosphere import (
+    EXPONENT,
+    LAPSE_RATE,
+    STANDARD_GRAVITY,
     altitude_pressure,
     metres_per_pascal,
     pressure_altitude,
@@ -37,3 +40,22 @@ def test_one_pascal_is_the_papers_quantum():
 def test_warm_air_stretches_metres():
     assert temperature_factor(101_325.0, 15.0) == pytest.approx(1.0)
     assert temperature_factor(101_325.0, 15.0 + 28.815) == pytest.approx(1.1)
+
+
+def test_the_exponent_is_that_of_dry_air_in_standard_gravity():
+    # R = 287.05287 J/(kg K) and 9.80665 m/s2, ISO 2533; the exponent's six digits
+    assert STANDARD_GRAVITY == 9.80665
+    assert pytest.approx(287.05287 * LAPSE_RATE / STANDARD_GRAVITY, abs=1e-6) == EXPONENT
+
+
+def test_the_isa_is_as_warm_as_its_lapse_rate_says():
+    # 3000 m: 288.15 K - 19.5 K; the exponent's digits make 1e-6 of it
+    air = temperature_factor(float(altitude_pressure(3000.0)), -4.5)
+    assert air == pytest.approx(1.0, rel=1e-6)
+
+
+def test_single_precision_is_computed_in_double():
+    logged = np.float32([100_000.25, 89_874.5])
+    assert np.array_equal(pressure_altitude(logged), pressure_altitude(logged.astype(float)))
+    heights = np.float32([123.456, -7.1])
+    assert np.array_equal(altitude_pressure(heights), altitude_pressure(heights.astype(float)))

@@ -341,7 +341,13 @@ def test_a_climb_keeps_the_name_and_its_own_times():
     assert found.name == "made"
     assert found.t.tolist() == [10, 11, 13, 17]
     assert (found.ascent, found.descent) == (12, 5)
-    assert climb(exact([])).name == "made"
+    empty = climb(exact([]))
+    assert empty.name == "made"
+    assert empty.to_dict() == {
+        **dict.fromkeys(("ascent_m", "ascent_sd_m", "descent_m", "descent_sd_m"), 0.0),
+        **dict.fromkeys(("floors_up", "floors_down"), 0),
+        "turning_points": {"time_s": [], "height_m": []},
+    }
 
 
 @pytest.mark.parametrize("floors", [[3.0], [3.0, 3.0], [0.0, float("nan")], [0.0, float("inf")], []])

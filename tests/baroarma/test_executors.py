@@ -78,7 +78,7 @@ def test_a_dask_cluster_finishes_the_work_of_a_worker_that_was_killed(dask_clust
     found = list(in_order(killer, range(12), executor=dask_cluster.get_executor()))
     assert (tmp_path / "died").exists()
     assert [square for square, _ in found] == [x * x for x in range(12)]
-    assert len({worker for _, worker in found}) >= 2
+    # one worker may have done all: what the killed one had finished is lost with it
     assert os.getpid() not in {worker for _, worker in found}
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from baroarma.local_gravity import ECCENTRICITY_SQUARED, FLATTENING, SEMI_MAJOR_AXIS, gravity
+from baroarma.local_gravity import ECCENTRICITY_SQUARED, FLATTENING, ROTATION, SEMI_MAJOR_AXIS, gravity
 
 GM, OMEGA = 3986004.418e8, 7292115e-11
 """The other two defining constants of WGS 84, TR8350.2 Table 3.1: m³/s² and rad/s."""
@@ -57,6 +57,12 @@ def test_it_is_the_published_gravity_of_equator_and_pole(latitude_deg, published
     assert gravity(latitude_deg) == pytest.approx(published, abs=1e-10)  # digits printed
 
 
+def test_the_constants_belong_to_one_ellipsoid():
+    # b/a = 1 - f = sqrt(1 - e²) and m = omega² a² b/GM, to the digits of f, e² and m (TR8350.2, Table 3.3)
+    assert pytest.approx(1 - math.sqrt(1 - ECCENTRICITY_SQUARED), abs=1e-14) == FLATTENING
+    assert pytest.approx(OMEGA**2 * SEMI_MAJOR_AXIS**2 * B / GM, abs=1e-14) == ROTATION
+
+
 def test_its_mean_over_the_ellipsoid_is_the_published_one():
     def band(phi):
         return math.cos(phi) / (1 - ECCENTRICITY_SQUARED * math.sin(phi) ** 2) ** 2
@@ -85,5 +91,6 @@ def test_places_that_are_none_are_refused():
         gravity(91)
     with pytest.raises(ValueError, match="this is nan"):
         gravity(float("nan"))
+    assert 9.4 < gravity(90, 100_000) < gravity(90)
     with pytest.raises(ValueError, match="up to 100000 m of height, but this is 400000"):
         gravity(0, 400_000)

@@ -103,3 +103,112 @@ def test_a_slow_motion_says_nothing_about_a_lag():
     for preset, log in (("baroarma", rest), ("sg14-a", rest), ("sg14-a", lift)):
         track = Tracker.preset(preset, noise=BMP085.noise).run(log)
         assert estimate_reference_lag(track, log) is None
+
+
+def test_closure_is_the_mean_of_the_last_second_both_ends_included():
+    t = np.arange(41) / 4  # times that floats hold exactly
+    found = errors(tracked(Recording(t, np.full(41, 1e5)), t), Recording(t, np.full(41, 1e5)))
+    assert found.closure == np.mean([9.0, 9.25, 9.5, 9.75, 10.0])
+
+
+def test_zeroed_is_over_the_first_second_its_end_excluded():
+    t = np.arange(41) / 4
+    step = np.where(t < 1, 0.0, 0.5)
+    recording = Recording(t, np.full(41, 1e5), reference=np.zeros(41), reference_velocity=np.full(41, 0.25))
+    found = errors(tracked(recording, step), recording)
+    assert found.height_bias == pytest.approx(0.5 * 37 / 41)
+    assert found.velocity_rmse == 0.25
+
+
+def test_a_reference_too_short_for_a_slope_has_no_velocity_error():
+    t = np.arange(500) / 50
+    blink = np.where((t > 4.95) & (t < 5.05), 1.0, np.nan)
+    found = errors(tracked(make(), np.zeros(500)), make(reference=blink))
+    assert found.velocity_rmse is None
+    assert found.height_rmse == 0
+
+
+def test_the_slope_is_a_chord_over_a_fifth_of_a_second_and_unknown_at_the_ends():
+    t = np.arange(500) / 50
+    _, slope = reference_at(make(reference=np.sin(t)), t, 0.0)
+    inside = (t > 0.11) & (t < 9.87)
+    assert slope[inside] == pytest.approx(np.cos(t[inside]) * np.sin(0.1) / 0.1, abs=1e-12)  # rounding
+    assert np.isnan(slope[(t < 0.09) | (t > 9.89)]).all()
+
+
+@pytest.mark.parametrize("lag", [-0.3, 0.0, 0.3])
+def test_beyond_its_times_a_reference_is_unknown_and_a_late_one_is_shifted_back(lag):
+    t = np.arange(500) / 50
+    middle = np.where((t > 2.99) & (t < 7.01), 3 * t, np.nan)
+    given = make(reference=middle, reference_velocity=np.full(500, 3.0))
+    height, velocity = reference_at(given, t, lag)
+    known = (t > 2.99 - lag) & (t < 7.01 - lag)
+    assert height[known] == pytest.approx(3 * (t[known] + lag))
+    assert velocity[known] == pytest.approx(3.0)
+    assert np.isnan(height[~known]).all()
+    assert np.isnan(velocity[~known]).all()
+
+
+TONES = np.array([0.31, 0.47, 0.73, 0.97])  # Hz
+
+
+def motion(t):
+    """Height and velocity of a hand that goes up and down as it likes."""
+    phase = 2 * np.pi * TONES[:, None] * t + np.arange(4)[:, None]
+    return 0.1 * np.sin(phase).sum(axis=0), 0.1 * (2 * np.pi * TONES[:, None] * np.cos(phase)).sum(axis=0)
+
+
+def late_by(lag, n=1500, size=1.0):
+    t = np.arange(n) / 50
+    height, velocity = motion(t)
+    late, slope = motion(t - lag)
+    recording = make(n, reference=size * late, reference_velocity=size * slope)
+    return tracked(recording, height, velocity), recording
+
+
+@pytest.mark.parametrize("lag", [-0.59, -0.1234, 0.0, 0.0017, 0.59])
+def test_a_lag_between_the_grids_lags_is_found_exactly(lag):
+    # what the parabola leaves of a step of 5 ms, and what linear interpolation does to 1 Hz at 50 Hz: 0.2 %
+    assert estimate_reference_lag(*late_by(lag)) == pytest.approx(lag, abs=2e-4)
+
+
+def test_a_lag_longer_than_the_longest_is_not_found():
+    late = late_by(0.7)
+    assert estimate_reference_lag(*late) is None
+    assert estimate_reference_lag(*late, longest=0.8) == pytest.approx(0.7, abs=2e-4)
+    assert estimate_reference_lag(*late, longest=0.7) is None
+    assert estimate_reference_lag(*late_by(-0.7), longest=0.7) is None
+    assert estimate_reference_lag(*late_by(-0.7), longest=0.8) == pytest.approx(-0.7, abs=2e-4)
+
+
+def test_a_reference_that_hardly_moves_has_no_lag():
+    _, velocity = motion(np.arange(1500) / 50)
+    for sd, found in ((0.009, False), (0.011, True)):
+        lag = estimate_reference_lag(*late_by(0.1, size=sd / np.std(velocity)))
+        assert (lag is not None) == found
+        track, recording = late_by(0.1)
+        small = replace(track, velocity=track.velocity * sd / np.std(velocity))
+        assert (estimate_reference_lag(small, recording) is not None) == found
+
+
+@pytest.mark.parametrize(("correlation", "found"), [(0.65, False), (0.75, True)])
+def test_a_reference_that_correlates_too_little_has_no_lag(correlation, found):
+    track, recording = late_by(0.1)
+    other = np.random.default_rng(1).normal(size=len(track.t))
+    other *= np.std(track.velocity) / np.std(other) * np.sqrt(1 / correlation**2 - 1)
+    lag = estimate_reference_lag(replace(track, velocity=track.velocity + other), recording)
+    assert (lag is not None) == found
+
+
+@pytest.mark.parametrize(("sharpness", "found"), [(1.01, False), (1.06, True)])
+def test_a_motion_that_fits_about_as_well_beside_its_lag_has_none(sharpness, found):
+    # a sine of angular rate w under white noise correlates by r at its lag and r cos(w/10) beside, so that
+    # (1 - r² cos²)/(1 - r²) is the sharpness
+    t, r2 = np.arange(6000) / 50, 0.85
+    w = 10 * np.arccos(np.sqrt((1 - sharpness * (1 - r2)) / r2))
+    noise = np.random.default_rng(2).normal(size=len(t))
+    sine = np.sin(w * t)
+    velocity = sine + noise * np.std(sine) / np.std(noise) * np.sqrt(1 / r2 - 1)
+    recording = make(6000, reference=-np.cos(w * t) / w, reference_velocity=sine)
+    lag = estimate_reference_lag(tracked(recording, np.zeros(6000), velocity), recording)
+    assert (lag is not None) == found

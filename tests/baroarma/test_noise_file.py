@@ -4,13 +4,14 @@ import copy
 import json
 import math
 import os
+import re
 import threading
 from pathlib import Path
 
 import pytest
 
 from baroarma.cli import main
-from baroarma.noise_model import JSON_KEYS, PARAMETERS, NoiseModel
+from baroarma.noise_model import JSON_KEYS, PARAMETERS, TERM_NAMES, TEST_NAMES, NoiseModel
 
 STORED = Path(__file__).with_name("stored")
 WHOLE = json.loads((STORED / "noise_v1_structural.json").read_text())
@@ -171,3 +172,56 @@ def test_a_pipe_can_be_read_and_what_has_no_end_is_refused(tmp_path):
         NoiseModel.load("/dev/zero")
     with pytest.raises(ValueError, match="/dev/null is no JSON"):
         NoiseModel.load("/dev/null")
+
+
+def test_every_whiteness_test_that_a_file_tells_has_a_name():
+    assert set(TEST_NAMES) == set(WHOLE["whiteness_p"])
+    assert set(TERM_NAMES) == {"white", "drift", "gm", "gm2"}
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "sentence"),
+    [
+        (changed("version", True), "there is no version True of noise models; the file must say 1"),
+        (changed("version", 1.0), "there is no version 1.0 of noise models"),
+        (changed("version", -1), "there is no version -1 of noise models"),
+        (changed("method", None), "method is of the wrong kind: None is not a text"),
+        (changed("ci95/white_sd_m", {"low": 0}), "ci95 of white_sd_m is of the wrong kind: {'low': 0} is"),
+        (changed("ci95/white_sd_m", [0, 1, 2]), "ci95 of white_sd_m is of the wrong kind: it needs two"),
+        (changed("ci95/white_sd_m", [-1, 2]), "but it is [-1, 2]"),
+        (changed("ci95/white_sd_m", [0, "x"]), "ci95 of white_sd_m is of the wrong kind: 'x' is not a"),
+        (changed("whiteness_p", [0.5]), "whiteness_p is of the wrong kind: [0.5] is not an object"),
+    ],
+)  # fmt: skip
+def test_a_wrong_value_is_told_with_its_key(spoilt, sentence, tmp_path):
+    path = tmp_path / "noise.json"
+    path.write_text(spoilt)
+    with pytest.raises(ValueError, match=re.escape(sentence)):
+        NoiseModel.load(path)
+
+
+def test_what_a_model_needs_is_told_when_a_key_is_missing():
+    needed = "correlated_sd_m, correlation_time_s, white_sd_m, drift_rate_m_per_sqrt_s, rate_hz"
+    with pytest.raises(ValueError, match=f"lacks the key 'rate_hz'; it needs {needed}$"):
+        NoiseModel.from_dict(json.loads(without("rate_hz")))
+
+
+def test_what_may_be_left_out_has_its_default():
+    needed = {key: WHOLE[key] for key in ("format", "version", *JSON_KEYS, "rate_hz")}
+    noise = NoiseModel.from_dict(needed)
+    assert (noise.ci95, noise.method, noise.sensor, noise.verdict) == (None, "by hand", "", ())
+    assert (noise.whiteness_p, noise.source) == (None, None)
+    assert NoiseModel.from_dict({**needed, "rate_hz": 50}).rate_hz == 50.0
+    equal = {key: [0.5, 0.5] for key in JSON_KEYS}
+    nothing = {key: [0, 0] for key in JSON_KEYS}
+    assert set(NoiseModel.from_dict({**needed, "ci95": equal}).ci95.values()) == {(0.5, 0.5)}
+    assert set(NoiseModel.from_dict({**needed, "ci95": nothing}).ci95.values()) == {(0.0, 0.0)}
+
+
+def test_as_many_bytes_as_allowed_are_read(tmp_path):
+    path = tmp_path / "noise.json"
+    path.write_text(json.dumps(WHOLE).ljust(1 << 20))
+    assert NoiseModel.load(path) == NoiseModel.from_dict(WHOLE)
+    path.write_text(json.dumps(WHOLE).ljust((1 << 20) + 1))
+    with pytest.raises(ValueError, match="is larger than 1048576 bytes"):
+        NoiseModel.load(path)

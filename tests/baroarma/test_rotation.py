@@ -35,3 +35,14 @@ def test_angles_are_taken_row_by_row_or_against_one_vector():
 def test_the_skew_matrix_is_the_cross_product():
     v, w = np.random.default_rng(1).normal(size=(2, 3))
     np.testing.assert_allclose(skew(v) @ w, np.cross(v, w), atol=1e-15)
+
+
+def test_whole_numbers_are_as_good_as_others():
+    # a sensor's raw counts are int16: their products would not fit
+    ups = np.array([[20_000, 0, 20_000], [0, 30_000, 0]], dtype=np.int16)
+    np.testing.assert_allclose(angle_between(ups, ups[1]), [np.pi / 2, 0.0])
+    np.testing.assert_allclose(angle_between(ups[1], ups), [np.pi / 2, 0.0])
+    np.testing.assert_array_equal(
+        up_from_quaternion(np.array([1, 0, 0, 0], dtype=np.uint8)), [0.0, 0.0, -1.0]
+    )
+    assert skew(np.array([1, 2, 3], dtype=np.uint8)).tolist() == [[0, -3, 2], [3, 0, -1], [-2, 1, 0]]

@@ -3,6 +3,7 @@
 import csv
 import math
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -52,6 +53,9 @@ def test_oversampling_lowers_the_noise_and_hardly_its_density():
 
 def test_behind_a_filter_there_is_no_density():
     assert all(row.density is None for row in sensors("BMP280") if row.filter != "off")
+    embedded = [row for row in sensors("LPS2") if row.filter == "embedded"]
+    assert embedded
+    assert all(row.rate_hz and row.density is None for row in embedded)
     assert all(row.density == row.rms_noise_pa / math.sqrt(row.rate_hz) for row in sensors("BMP581"))
 
 
@@ -102,6 +106,64 @@ def test_it_is_shown_as_text_frame_and_html():
     assert html.count("<tr>") == len(table) + 1
     assert "BST-BMP085-DS000-06" in html
     assert TABLE._repr_html_().count("<tr>") == len(TABLE) + 1
+
+
+def text_of(element):
+    return "".join(element.itertext()).strip()
+
+
+def cells(table):
+    """Header and rows of the HTML."""
+    root = ElementTree.fromstring(table._repr_html_())
+    head, *rows = root.iter("tr")
+    assert [text_of(caption) for caption in root.iter("caption")] == [table.title]
+    return [text_of(cell) for cell in head], [[text_of(cell) for cell in row] for row in rows]
+
+
+def test_html_has_a_cell_for_each_number_and_what_is_not_told_stays_empty():
+    names = ["sensor", "mode", "noise Pa", "m", "rate Hz", "filter", "± Pa", "TCO Pa/K", "kind", "source"]
+    head, rows = cells(TABLE)
+    assert head == names
+    for row, found in zip(TABLE, rows, strict=True):
+        told = dict(zip(names, found, strict=True))
+        assert [told[name] for name in ("sensor", "mode", "filter", "kind", "source")] == [
+            row.sensor, row.mode, row.filter, row.kind, row.source
+        ]  # fmt: skip
+        assert float(told["noise Pa"]) == pytest.approx(row.rms_noise_pa, rel=1e-5)  # six digits
+        assert float(told["m"]) == pytest.approx(row.noise_m, rel=0.05)  # two digits
+        for name, value in (
+            ("rate Hz", row.rate_hz),
+            ("± Pa", row.absolute_pa),
+            ("TCO Pa/K", row.tco_pa_per_k),
+        ):
+            assert told[name] == ("" if value is None else f"{value:.4g}")
+    compared = compare_with_sensors(NoiseModel(0, 0, 0.125, rate_hz=80))
+    head, rows = cells(compared)
+    assert head == ["this noise is", *names]
+    assert [row[0] for row in rows] == [f"× {factor:.2g}" for factor in compared.factors]
+    assert [row[1] for row in rows] == [row.sensor for row in compared]
+
+
+def test_the_line_counts_rows_and_sensors():
+    assert repr(sensors("BMP085")) == f"<SensorTable: {len(sensors('BMP085'))} rows of 1 sensors>"
+    assert repr(TABLE) == f"<SensorTable: {len(TABLE)} rows of {len({row.sensor for row in TABLE})} sensors>"
+
+
+def test_the_summary_names_the_three_most_alike():
+    table = compare_with_sensors(NoiseModel(0, 0, 0.125, rate_hz=80))
+    for line, row, factor in zip(table.summary().splitlines()[1:], table.rows, table.factors, strict=False):
+        assert line == f"  {factor:5.2f} times {row.sensor}, {row.mode} ({row.kind})"
+    distances = [abs(math.log(factor)) for factor in table.factors]
+    assert distances == sorted(distances)
+    assert len(table) == sum(row.density is not None for row in TABLE)
+    assert TABLE.summary() == "Typical barometers"
+
+
+def test_a_frame_has_a_column_for_each_field():
+    frame = TABLE.to_frame()
+    assert list(frame) == [*TABLE.rows[0].__dataclass_fields__, "noise_m"]
+    assert frame.rms_noise_pa.tolist() == [row.rms_noise_pa for row in TABLE]
+    assert frame.noise_m.tolist() == [row.noise_m for row in TABLE]
 
 
 def test_what_is_not_there_is_told():

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from baroarma.estimators.height.drive import Drive
+from baroarma.estimators.height.drive import Drive, as_signal, nominal_interval
 
 NAN = float("nan")
 
@@ -54,3 +54,46 @@ def test_a_shock_of_two_samples_is_no_wild_one():
     a = np.array([0.0, 0.0, 150.0, 140.0, 0.0, 0.0])
     assert Drive(midpoint=True).rows(a)[0].sum() == pytest.approx(a.sum())
     assert Drive().rows(a)[0].sum() == pytest.approx(a.sum())
+
+
+@pytest.mark.parametrize(("height", "out"), [(50.5, True), (49.5, False), (-50.5, True)])
+def test_wild_is_more_than_5_g_and_back_within_a_fifth(height, out):
+    for back in (0.19, -0.19):
+        a = 3.0 + np.array([0.0, 0.0, height, back * height, 0.0])
+        euler, midpoint = Drive().rows(a)[0], Drive(midpoint=True).rows(a)[0]
+        # row 3 integrates the sample before it: the wild one, or the one before that
+        assert euler[3] == pytest.approx(a[1] if out else a[2])
+        # the midpoint has had half of the wild one in row 2, and gives it back
+        assert midpoint[2] + midpoint[3] == pytest.approx(
+            a[1] + a[3] / 2 + (a[1] / 2 if out else a[2] - a[1] / 2)
+        )
+    stays = 3.0 + np.array([0.0, 0.0, height, 0.21 * height, 0.0])
+    assert Drive().rows(stays)[0][3] == stays[2]
+
+
+def test_a_reset_forgets_all_samples():
+    used, new = Drive(midpoint=True, zupt_steps=2), Drive(midpoint=True, zupt_steps=2)
+    used.rows(np.array([0.01, 120.0, 0.02, 0.01, 0.01]))
+    used.reset()
+    a = np.array([0.05, 0.06, 90.0, 0.05])
+    for one, other in zip(used.rows(a), new.rows(a), strict=True):
+        assert np.array_equal(one, other)
+        assert one.dtype == other.dtype
+    assert Drive().rows(a)[2].dtype == bool
+    assert Drive(zupt_steps=1).rows(np.array([0.09, 0.09, 0.11]))[2].tolist() == [False, True, False]
+
+
+def test_a_signal_that_is_not_there_is_nan_and_whole_numbers_are_floats():
+    assert np.isnan(as_signal(None, 3)).tolist() == [True] * 3
+    given = as_signal(np.array([1, 2], dtype=np.int16), 2)
+    assert (given.dtype, given.tolist()) == (float, [1.0, 2.0])
+
+
+def test_an_interval_is_a_positive_number_of_seconds():
+    assert nominal_interval(0.02) == 0.02
+    assert isinstance(nominal_interval(1), float)
+    with pytest.raises(ValueError, match="the nominal interval is missing: give dt= in s, or noise="):
+        nominal_interval(None)
+    for dt in (0.0, -1.0, NAN, np.inf):
+        with pytest.raises(ValueError, match=f"must be a positive number of seconds, but it is {dt}"):
+            nominal_interval(dt)

@@ -101,3 +101,9 @@ def test_without_an_interval_it_says_what_is_missing():
         Kalman()
     with pytest.raises(ValueError, match=r"positive number of seconds, but it is -0\.1"):
         Kalman(dt=-0.1)
+
+
+def test_it_starts_as_uncertain_as_it_is_told():
+    kf = Kalman(dt=0.02, initial_height_sd=3.0, initial_velocity_sd=0.5)
+    np.testing.assert_allclose(kf.P, np.diag([9.0, 0.25]))
+    assert kf.states == ("height", "velocity")
