@@ -57,7 +57,7 @@ def needs_imu(what: str, preset: Preset) -> str:
 
 
 def reading_notes(recording: Recording) -> tuple[Finding, ...]:
-    """Return what reading noticed and a track should repeat; by hand means that units are looked at now."""
+    """Return what reading noticed and a track should repeat; a recording built by hand is looked at now."""
     looked_at = recording.source is not None or any(note.code == "units" for note in recording.notes)
     own = () if looked_at else unit_findings(recording)
     return tuple(note for note in (*recording.notes, *own) if note.severity != "info")

@@ -16,6 +16,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from baroarma.estimators.attitude.kernels import MOST_FORCE, MOST_RATE
+
 Array = NDArray[np.float64]
 
 STATES: Final = 10
@@ -79,10 +81,6 @@ PUSH_BEND: Final = 6.0
 """How far a trapezoid misses a change of velocity, likewise, m/s⁴ (chosen by us: 2 m/s² to and fro)."""
 PERSISTENCE: Final = 1.0
 """How long the errors keep their sign that are a share of rate or acceleration, s (chosen by us)."""
-MOST_FORCE: Final = 1000.0
-"""Specific force, m/s², that is no sample but a broken transfer, as in `kernels`;"""
-MOST_RATE: Final = 100.0
-"""likewise of a rate, rad/s."""
 FORCE_JUMP: Final = 30.0
 """A force that differs by more, m/s², from the last one has to be seen twice (chosen by us: 3 g);"""
 RATE_JUMP: Final = 3.0
