@@ -40,7 +40,7 @@ lint: .venv/dev
 	$(BIN)/ruff check .
 
 typing: .venv/dev
-	rm -rf build
+	rm -rf build/lib build/typing
 	$(BIN)/python -m pip install --quiet --no-deps --upgrade --target build/typing .
 	$(BIN)/mypy
 
