@@ -6,7 +6,7 @@
 
 Three kinds: with an attitude estimator, as drawn; with a height estimator that takes the IMU itself; and
 without an IMU, where the acceleration is 0 with the sd of unseen motion.  So it is, too, wherever the last
-acceleration is older than `LONGEST_HOLD`.  `step` is the definition, `run` the same numbers for all rows at
+acceleration is older than `UNFELT`.  `step` is the definition, `run` the same numbers for all rows at
 once, and either goes on where the other ended.
 """
 
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from baroarma.estimators.attitude.kernels import LONGEST_HOLD
 from baroarma.estimators.base import (
     ROUNDING,
+    UNFELT,
     UNSEEN_WALK,
     AttitudeEstimator,
     HeightEstimator,
@@ -36,6 +37,8 @@ from baroarma.recording import Recording
 from baroarma.track import TrackState
 
 Signal = NDArray[np.float64]
+LEAST_STEP: Final = 1e-6
+"""An interval counts as no less, s, where something is divided by it."""
 PART: Final = 1 << 15
 """Rows that are taken at once: what they need stays in the cache, and the system's memory is left alone."""
 
@@ -185,7 +188,7 @@ def _steps(t: Signal, dt: float) -> Signal:
 
 def _unseen_sd(dt: Signal) -> Signal:
     """Return the sd in m/s² that an acceleration held over dt must have for the velocity to wander so."""
-    return UNSEEN_WALK / np.sqrt(np.maximum(dt, 1e-6))
+    return UNSEEN_WALK / np.sqrt(np.maximum(dt, LEAST_STEP))
 
 
 @njit(cache=True)
@@ -210,10 +213,14 @@ def _drive(
 def _hold(dt: float, acceleration: float, age: float, last: float) -> tuple[float, float, float, float]:
     """Return the acceleration to use, its sd, the last number and how old it is, s.
 
-    A stale acceleration is 0 with the sd of unseen motion, which a long step has, too; else the sd is NaN.
+    What is not felt is an acceleration of 0 with the sd of unseen motion, and so is that of a long step; else
+    the sd is NaN.
     """
-    longest = LONGEST_HOLD + ROUNDING
+    longest, before = UNFELT + ROUNDING, age
     age = age + dt if math.isnan(acceleration) else 0.0
-    used = 0.0 if age > longest else acceleration
-    sd = UNSEEN_WALK / math.sqrt(max(dt, 1e-6)) if max(age, dt) > longest else math.nan
+    unfelt, sd = age > longest, math.nan
+    used = 0.0 if unfelt else acceleration
+    if unfelt or dt > LONGEST_HOLD + ROUNDING:
+        since = age if unfelt and before <= longest else dt  # what was held until now was not felt either
+        sd = UNSEEN_WALK * math.sqrt(max(since, LEAST_STEP)) / max(dt, LEAST_STEP)
     return used, sd, last if math.isnan(used) else used, age

@@ -24,6 +24,9 @@ Signal = NDArray[np.float64]
 UNSEEN_WALK: Final = 0.5
 """How far the velocity wanders that no accelerometer sees: 0.5 m/s in a second, as people and lifts start and
 stop; m/s per sqrt(s), chosen by us."""
+UNFELT: Final = 0.1
+"""Seconds without a new accelerometer sample after which nothing is felt: who walks is accelerated the other
+way by then (chosen by us)."""
 ROUNDING: Final = 1e-6
 """Sums of intervals that but for so much (s) reach a time do reach it: no clock's rounding decides, nor
 whether `step` sums intervals where `run` subtracts times."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from baroarma.estimators.attitude import robust_kernels
 from baroarma.estimators.attitude.kernels import LEAST_FORCE, LEVELLING_SD, LONGEST_HOLD
-from baroarma.estimators.attitude.robust import ACCEL_NOISE_SD, GYRO_NOISE_SD
+from baroarma.estimators.attitude.robust import ACCEL_NOISE_SD, GYRO_NOISE_SD, LEAST_NOISE
 from baroarma.export.c_text import Number, Numbers
 
 
@@ -57,6 +57,9 @@ def robust(attitude: Any) -> Numbers:
         Number("RATE_JUMP", robust_kernels.RATE_JUMP, "likewise, rad/s"),
         Number("PATIENCE", robust_kernels.PATIENCE, "samples that may be passed over at a stretch"),
         Number("REGAINED", robust_kernels.REGAINED, "of one more, by each that does not jump"),
+        Number("LEAST_NOISE", LEAST_NOISE, "an ideal sensor has less, and may repeat itself, m/s² and rad/s"),
+        Number("MOVING_FORCE", robust_kernels.MOVING_FORCE, "off gravity by more is no rest, m/s²"),
+        Number("MOVING_RATE", robust_kernels.MOVING_RATE, "nor is a faster turn, rad/s"),
         Number("RIDE_SD", robust_kernels.RIDE_SD, "of a velocity of which nothing is known, m/s"),
     )
 

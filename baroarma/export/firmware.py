@@ -22,7 +22,7 @@ from baroarma.atmosphere import EXPONENT, SCALE_HEIGHT, SEA_LEVEL_PRESSURE, STAN
 from baroarma.atomic import replacing
 from baroarma.estimators.attitude.alignment import ENOUGH, PARTS
 from baroarma.estimators.attitude.kernels import MOST_FORCE, MOST_RATE
-from baroarma.estimators.base import ROUNDING, UNSEEN_WALK
+from baroarma.estimators.base import ROUNDING, UNFELT, UNSEEN_WALK
 from baroarma.estimators.conditioning import FARTHEST, Conditioner, conditioner_of
 from baroarma.estimators.height.linear import LONGEST_STEP, STALE
 from baroarma.export.c_text import Number, Numbers, comment
@@ -202,7 +202,8 @@ def _chain_numbers(preset: Preset) -> Numbers:
         Number("MOST_FORCE", MOST_FORCE, "a longer specific force is no sample, m/s²"),
         Number("MOST_RATE", MOST_RATE, "nor is a longer rate, rad/s"),
         Number("FARTHEST", FARTHEST, "what is farther from the start is no altitude, m"),
-        Number("STALE", STALE, "an older acceleration counts as 0, s"),
+        Number("STALE", STALE, "what happens in a longer interval is not felt, s"),
+        Number("UNFELT", UNFELT + ROUNDING, "an older acceleration counts as 0, s"),
         Number("UNSEEN_WALK", UNSEEN_WALK, "how the velocity then wanders, m/s per root second"),
         Number("LEAST_STEP", 1e-6, "s"),
         Number("LONGEST_GAP", LONGEST_STEP, "height and velocity are unknown after such an interval, s"),

@@ -25,6 +25,8 @@ b and s, and x is 0 again.  Heading is left out: nothing here observes it.
   the interval gives it anew, as does the next specific force after half a second without gyro.
 * A single wild sample, between samples that agree, is passed over: at 50 Hz one wrong rate of 2000 °/s would
   tilt by 40 degrees.  So is what no sensor of motion reads (100 g, 5700 °/s), and six zeros.
+* All six numbers the same for longer than a tenth of a second, while it moves: a sensor that showed noise at
+  rest is stuck, and its samples are none.
 * Without accelerometer the velocity wanders by `UNSEEN_WALK`; free fall has no vertical and needs none.
 
 The sd of a_z is sqrt(f_h' P f_h + noise²), with the horizontal specific force f_h and the tilt's covariance
@@ -43,6 +45,7 @@ from baroarma.estimators.attitude import kernels, robust_kernels
 from baroarma.estimators.attitude.kernels import LONGEST_HOLD
 from baroarma.estimators.attitude.robust_kernels import STATES, SUMS, RobustSettings, RobustState
 from baroarma.estimators.base import (
+    UNFELT,
     UNSEEN_WALK,
     Alignment,
     AttitudeEstimator,
@@ -57,6 +60,8 @@ ACCEL_NOISE_SD: Final = 0.04
 """Noise of one accelerometer sample where the alignment does not tell, m/s²."""
 BIAS_SD: Final = math.radians(0.05)
 """What an alignment leaves of a gyro's bias beside its own uncertainty, rad/s."""
+LEAST_NOISE: Final = 1e-6
+"""An ideal sensor's samples have less, m/s² and rad/s, and may repeat themselves."""
 INITIAL_VELOCITY_SD: Final = 0.1
 """Horizontal velocity at the end of the alignment, m/s: a hand at rest."""
 
@@ -155,6 +160,7 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
             gravity=math.nan,
             longest_hold=LONGEST_HOLD,
             unseen_walk=UNSEEN_WALK,
+            longest_repeat=math.inf,
         )
         self._initial = tilt_sd, bias_sd, scale_sd
         self.reset()
@@ -162,10 +168,12 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
     def reset(self, alignment: Alignment | None = None) -> None:
         """Start from the alignment's vertical, gyro bias, gravity and, unless given, noise; at rest."""
         self.alignment = start = alignment or Alignment()
+        noisy = start.accel_sd > LEAST_NOISE and start.gyro_sd > LEAST_NOISE
         self.settings = self._chosen._replace(
             gyro_noise_sd=_first(self._chosen.gyro_noise_sd, start.gyro_sd, GYRO_NOISE_SD),
             accel_noise_sd=_first(self._chosen.accel_noise_sd, start.accel_sd, ACCEL_NOISE_SD),
             gravity=start.gravity,
+            longest_repeat=UNFELT if noisy else math.inf,
         )
         tilt_sd, bias_sd, scale_sd = self._initial
         if bias_sd is None:
@@ -176,8 +184,8 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
         self.estimate = np.array([0.0, 0.0, *start.gyro_bias, 0.0, 0.0, 0.0])
         self.held = np.array([*start.gyro_bias, 0.0, 0.0, start.gravity])
         self.age, self.flow, self.sums = np.zeros(4), np.zeros((6, 6)), np.zeros(SUMS)
-        self.doubt = np.full((2, 4), np.nan)
-        self.doubt[:, 0] = robust_kernels.PATIENCE
+        self.doubt = np.full((3, 4), np.nan)
+        self.doubt[:, 0] = robust_kernels.PATIENCE, robust_kernels.PATIENCE, 0.0
         self.x, self.P = np.zeros(STATES), np.diag(self.initial_sd**2)
         self.F, self.Q = np.eye(STATES), np.zeros((STATES, STATES))
         self.H, self.R = np.zeros((2, STATES)), np.zeros((2, 2))

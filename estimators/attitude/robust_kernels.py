@@ -43,6 +43,7 @@ class RobustSettings(NamedTuple):
     gravity: float
     longest_hold: float
     unseen_walk: float
+    longest_repeat: float
 
 
 class RobustState(NamedTuple):
@@ -67,7 +68,8 @@ class RobustState(NamedTuple):
     H: Array
     R: Array
     doubt: Array
-    """Of forces and rates, (2, 4): how many may be passed over, and the last that was."""
+    """Of forces and rates, (3, 4): how many may be passed over, and the last that was.  The third row: for
+    how long all six numbers have been the same, s, and the force among them."""
 
 
 FORCE, DOUBLE_FORCE, TILT_VARIANCE, VELOCITY_VARIANCE, WAY, START = 0, 1, 2, 3, 4, 6
@@ -89,6 +91,10 @@ PATIENCE: Final = 4.0
 """So many samples may be passed over at a stretch,"""
 REGAINED: Final = 0.1
 """and so much of one more with every sample that does not jump: what shakes is believed (chosen by us)."""
+MOVING_FORCE: Final = 0.3
+"""A force whose length differs from gravity by more, m/s², is not that of a rest (chosen by us);"""
+MOVING_RATE: Final = 0.1
+"""likewise of a rate, rad/s."""
 UNUSUAL: Final = 3.0
 """From so many sds on a velocity counts as a ride (chosen by us)."""
 LEVELLING_SD: Final = 0.1
@@ -437,8 +443,14 @@ def project(
 
 @njit(cache=True, error_model="numpy", inline="always")
 def is_usual(force: Array, rate: Array, held: Array, doubt: Array, C: Array) -> bool:
-    """Return whether `screen` would leave this row as it is, and change no doubt: nearly always."""
+    """Return whether `screen` would leave this row as it is, and change no doubt: nearly always.
+
+    Samples that repeat themselves are `screen`'s; others end a repetition.
+    """
     jump = turning = size = speed = 0.0
+    if rate[0] == held[0] and force[0] == doubt[2, 1]:
+        return False
+    doubt[2, 0], doubt[2, 1], doubt[2, 2], doubt[2, 3] = 0.0, force[0], force[1], force[2]
     for i in range(3):
         jump += (C[i, 0] * force[0] + C[i, 1] * force[1] + C[i, 2] * force[2] - held[3 + i]) ** 2
         turning += (rate[i] - held[i]) ** 2
@@ -450,14 +462,16 @@ def is_usual(force: Array, rate: Array, held: Array, doubt: Array, C: Array) -> 
 
 
 @njit(cache=True, error_model="numpy")
-def screen(force: Array, rate: Array, held: Array, doubt: Array, C: Array) -> float:
+def screen(dt: float, force: Array, rate: Array, s: RobustSettings, m: RobustState, C: Array) -> float:
     """Leave of this row's force and rate what is believed, and NaN of what is not.
 
     A transfer breaks, and a sample is wild; a knock is wild, too.  So what jumps is believed when it is seen
-    again.  All six exactly 0 is a sensor that restarts.  Returns by how much a doubted force jumped, m/s².
+    again.  All six exactly 0 is a sensor that restarts; all six the same for long, while it moves, is one
+    that is stuck.  Returns by how much a doubted force jumped, m/s².
     """
-    restarts = is_zero(force) and is_zero(rate)
-    there, turns = is_within(force, MOST_FORCE) and not restarts, is_within(rate, MOST_RATE) and not restarts
+    held, doubt = m.held, m.doubt
+    lost = (is_zero(force) and is_zero(rate)) or is_stuck(dt, force, rate, s, m)
+    there, turns = is_within(force, MOST_FORCE) and not lost, is_within(rate, MOST_RATE) and not lost
     jump, turning, doubted = 0.0, 0.0, False
     for i in range(3):
         jump += (C[i, 0] * force[0] + C[i, 1] * force[1] + C[i, 2] * force[2] - held[3 + i]) ** 2
@@ -470,6 +484,27 @@ def screen(force: Array, rate: Array, held: Array, doubt: Array, C: Array) -> fl
         rate[i] = rate[i] if turns else math.nan
         force[i] = force[i] if there else math.nan
     return math.sqrt(jump) if doubted else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def is_stuck(dt: float, force: Array, rate: Array, s: RobustSettings, m: RobustState) -> bool:
+    """Return whether a sensor with noise repeats itself for longer than it should, and not as one at rest.
+
+    From then on its last samples count as being as old as they are.
+    """
+    same, repeat = m.doubt[2], True
+    speed = size = 0.0
+    for i in range(3):
+        repeat = repeat and rate[i] == m.held[i] and force[i] == same[1 + i]
+        same[1 + i] = force[i]
+        speed += (rate[i] - m.estimate[2 + i]) ** 2
+        size += force[i] * force[i]
+    same[0] = same[0] + dt if repeat else 0.0
+    moving = speed > MOVING_RATE**2 or abs(math.sqrt(size) - s.gravity) > MOVING_FORCE
+    if not (moving and same[0] > s.longest_repeat + ROUNDING):
+        return False
+    m.age[0], m.age[1] = max(m.age[0], same[0]), max(m.age[1], same[0])
+    return True
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -525,7 +560,7 @@ def run_robust(
         for i in range(3):
             age[i] += T
             f[i], w[i] = accel[k, i], gyro[k, i]
-        jump = 0.0 if is_usual(f, w, held, doubt, C) else screen(f, w, held, doubt, C)
+        jump = 0.0 if is_usual(f, w, held, doubt, C) else screen(T, f, w, s, m, C)
         if age[0] <= s.longest_hold:
             rotate(T, w, s, q, estimate, held, age, flow, sums, C)
             fx = C[0, 0] * f[0] + C[0, 1] * f[1] + C[0, 2] * f[2]

@@ -19,9 +19,13 @@ at 100 to 1 is believed again only at 1 to 100: otherwise a gust would now and t
 While the rest is refuted, it is considered anew every `recovery` s, from `free`, for a soft stop is not felt.
 It is believed at once if the velocity almost surely is that of a rest; else the altitudes have to show it.
 
-A rest ends when the IMU says so, or when the velocity of the older `recent` does: a soft start is seen
-there.  Then this filter goes on, which rested until shortly before the start and has integrated it since; if
-the odds were negative, `free` does.
+The sd of what is said is that of both possibilities: p being the probability of the one that does not speak,
+(1 - p) var + p (var' + difference²).
+
+A rest ends when the IMU says so, or, where a rest is sure, when the velocity of the older `recent` does: a
+soft start is seen there.  Then this filter goes on, which rested until shortly before the start and has
+integrated it since; if the odds were negative, `free` does.  If the other one may have been right, with
+more than one in twenty, what goes on has the mean and the covariance of both, and the smoother takes no rest.
 
 A hand that rests still sways.  How fast it does is learnt from the older `recent`, too, and v = 0 holds
 within that much.
@@ -92,6 +96,8 @@ JUMP_ODDS: Final = 10.0
 """What it costs a hypothesis, in log-odds, to need a jump (chosen by us)."""
 SURE: Final = 4.6
 """Log-odds of 100 to 1 (chosen by us), from which a floor is believed."""
+DOUBT: Final = 0.05
+"""Chance from which what was not believed has its part in what goes on after a rest (chosen by us)."""
 
 
 class Rules(NamedTuple):
@@ -298,10 +304,10 @@ def run_bank(
             odds[k] = flags[_ODDS]
             if len(rules.floors):
                 floor[k] = _recognise_floor(rules, x, P, flags, gain, work, size)
-        chosen = speaker(flags)
-        report(k, chosen, x, P, out)
-        if flags[_FORKED] and chosen == RESTED:  # a start may have gone unnoticed for so long
-            out[3, k] = math.sqrt(P[int(flags[_OLDER]), VELOCITY, VELOCITY])
+        report(k, speaker(flags), x, P, out)
+        if flags[_FORKED]:
+            for state in (HEIGHT, VELOCITY):
+                out[2 + state, k] = _sd_of_both(state, x, P, flags)
     if flags[_FORKED]:
         if speaker(flags) == RESTED:
             _mark(flags, bits)
@@ -454,20 +460,48 @@ def _watch_sway(dt: float, x: Signal, P: Signal, flags: Signal) -> None:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _starts(sway: float, onset: float, x: Signal, P: Signal, flags: Signal) -> bool:
-    """Return whether the velocity that has come up since shortly before is none of a rest."""
+    """Return whether what surely rested has shortly come to a velocity that is none of a rest."""
     older = int(flags[_OLDER])
     variance = P[older, VELOCITY, VELOCITY] + max(flags[_SWAY], sway**2)
-    return bool(speaker(flags) == RESTED and x[older, VELOCITY] ** 2 > onset**2 * variance)
+    return bool(flags[_ODDS] > SURE and x[older, VELOCITY] ** 2 > onset**2 * variance)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _chance(flags: Signal) -> float:
+    """Return how probable it is that the filter that doesn't speak is right."""
+    return 1.0 / (1.0 + math.exp(abs(flags[_ODDS] - (SURE if flags[_REFUTED] else 0.0))))
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _sd_of_both(state: int, x: Signal, P: Signal, flags: Signal) -> float:
+    """Return the rms error of what the speaker says: it may be right, or the other one.
+
+    Of a rest's velocity the older recent filter's is meant: a start may have gone unnoticed for so long.
+    """
+    one, other = (RESTED, FREE) if speaker(flags) == RESTED else (FREE, RESTED)
+    p = _chance(flags)
+    own, others = P[one, state, state], P[other, state, state]
+    if state == VELOCITY and one == RESTED:
+        own = P[int(flags[_OLDER]), state, state]
+    return math.sqrt(max((1.0 - p) * own + p * (others + (x[other, state] - x[one, state]) ** 2), 0.0))
 
 
 @njit(cache=True, error_model="numpy")
 def _join(x: Signal, P: Signal, doubt: Signal, flags: Signal, bits: NDArray[np.uint8]) -> None:
-    """Go on with one filter: the rest is over."""
-    if speaker(flags) == RESTED:
-        _copy(int(flags[_OLDER]), 0, x, P, doubt)
+    """Go on with one filter, of the mean and covariance of what it may have been: the rest is over."""
+    rested, p = int(flags[_OLDER]), _chance(flags)
+    if p < DOUBT:
+        p = 0.0
+    one, other = (rested, FREE) if speaker(flags) == RESTED else (FREE, rested)
+    if one == rested and p == 0.0:
         _mark(flags, bits)
-    else:
-        _copy(FREE, 0, x, P, doubt)
+    _copy(one, 0, x, P, doubt)
+    for i in range(x.shape[1]):
+        for j in range(x.shape[1]):
+            away = (x[other, i] - x[one, i]) * (x[other, j] - x[one, j])
+            P[0, i, j] = (1.0 - p) * P[one, i, j] + p * (P[other, i, j] + (1.0 - p) * away)
+    for i in range(x.shape[1]):
+        x[0, i] = x[one, i] + p * (x[other, i] - x[one, i])
     flags[_FORKED] = 0.0
 
 

@@ -1,10 +1,13 @@
 """The aligned chain: three kinds, one meaning of `step` and `run`."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from baroarma.chain import _hold
+from baroarma.estimators.base import UNFELT, UNSEEN_WALK
 from baroarma.simulation import BMP085, simulate
 from baroarma.tracker import Tracker
 
@@ -85,3 +88,22 @@ def test_a_long_recording_is_taken_in_parts_with_the_same_numbers(monkeypatch):
     parts = Tracker(noise=BMP085.noise).run(log)
     for name in ("height", "velocity", "height_sd", "velocity_sd", "acceleration"):
         np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
+
+
+@pytest.mark.parametrize("dt", [0.001, 0.02, 0.05])
+@pytest.mark.parametrize("missing", [0.05, 0.3, 2.0])
+def test_what_was_not_felt_for_long_lets_the_velocity_wander_from_the_last_sample_on(dt, missing):
+    n = round(missing / dt)
+    acceleration = np.array([3.0, *[np.nan] * n, 3.0])
+    used, sd, age, last = [], [], 0.0, 0.0
+    for a in acceleration:
+        u, s, last, age = _hold(dt, a, age, last)
+        used.append(u)
+        sd.append(s)
+    variance = np.nansum((np.array(sd) * dt) ** 2)
+    if missing > UNFELT:
+        assert variance == pytest.approx(UNSEEN_WALK**2 * n * dt)
+        assert used[n] == 0.0
+    else:
+        assert variance == 0.0
+    assert math.isnan(sd[-1])  # a new sample is the filter's own again

@@ -12,7 +12,8 @@
  *
  * and every altitude adds the difference of the two log-likelihoods.  RESTED speaks while they are positive,
  * else FREE; once refuted, the rest is considered anew every BAROARMA_RECOVERY seconds, for a soft stop is not
- * felt.  A rest ends when the IMU says so, or when the velocity of the older RECENT does: a soft start.
+ * felt.  A rest ends when the IMU says so, or when the velocity of the older RECENT does: a soft start.  The sds
+ * are those of both possibilities, and so is what goes on after a doubtful rest.
  *
  * An altitude beyond the gate is not taken, nor are many that are off by less, but all one way.  If none was
  * taken for a while, something has really jumped: the barometer's offset if by a few metres, once and for all,
@@ -126,12 +127,12 @@ static void consider_rest(baroarma_height *s, int source, real rest_variance)
     set_clock(&s->since, 0);
 }
 
-/* Whether the velocity that has come up since shortly before is none of a rest. */
+/* Whether what surely rested has come to a velocity, since shortly before, that is none of a rest. */
 static int starts(const baroarma_height *s)
 {
     const baroarma_filter *f = &s->filters[s->older];
     const real variance = f->P[VELOCITY][VELOCITY] + larger(s->sway, square(BAROARMA_SWAY));
-    return speaker(s) == RESTED && square(f->x[VELOCITY]) > square(BAROARMA_ONSET) * variance;
+    return s->odds > BAROARMA_SURE && square(f->x[VELOCITY]) > square(BAROARMA_ONSET) * variance;
 }
 
 /* Learn how fast what rests still moves: what the older recent filter sees beyond its own variance. */
@@ -160,13 +161,36 @@ static void renew(baroarma_height *s, real dt)
     set_clock(&s->since, 0);
 }
 
+/* How probable it is that the filter that doesn't speak is right. */
+static real chance(const baroarma_height *s)
+{
+    const real odds = s->odds - (s->refuted ? BAROARMA_SURE : 0);
+    return 1 / (1 + EXP(FABS(odds)));
+}
+
+/* The rest is over: go on with the mean and covariance of what the filter may have been. */
+static void join(baroarma_height *s)
+{
+    const int rests = speaker(s) == RESTED, one = rests ? s->older : FREE, other = rests ? FREE : s->older;
+    const baroarma_filter *a = &s->filters[one], *b = &s->filters[other];
+    const real p = chance(s) < BAROARMA_DOUBT ? 0 : chance(s);
+    baroarma_filter *f = &s->filters[RESTED];
+    int i, j;
+    copy_filter(s, one, RESTED);
+    for (i = 0; i < STATES; i++) {
+        for (j = 0; j < STATES; j++) {
+            const real away = (b->x[i] - a->x[i]) * (b->x[j] - a->x[j]);
+            f->P[i][j] = (1 - p) * a->P[i][j] + p * (b->P[i][j] + (1 - p) * away);
+        }
+    }
+    for (i = 0; i < STATES; i++) f->x[i] = a->x[i] + p * (b->x[i] - a->x[i]);
+    s->forked = 0;
+}
+
 /* Whether a rest begins or ends here; `still` is what the IMU says, not yet what is believed. */
 static void weigh_rest(baroarma_height *s, real dt, int still, real rest_variance)
 {
-    if (s->forked && (!still || starts(s))) {
-        copy_filter(s, speaker(s) == RESTED ? s->older : FREE, RESTED);
-        s->forked = 0;
-    }
+    if (s->forked && (!still || starts(s))) join(s);
     if (s->forked && s->odds < -BAROARMA_SURE && s->age.time >= BAROARMA_RECOVERY - BAROARMA_ROUNDING) {
         consider_rest(s, FREE, rest_variance);
     }
@@ -278,12 +302,21 @@ static void height_step(baroarma_height *s, real dt, real altitude, real acceler
     if (s->forked && BAROARMA_FLOORS) recognise_floor(s);
 }
 
-/* At rest, a start may have gone unnoticed for so long as the older recent filter remembers. */
+/* The rms error of what the speaker says of a state: it may be right, or the other one.  Of a rest's velocity
+ * the older recent filter's is meant: a start may have gone unnoticed for so long. */
+static real sd_of_both(const baroarma_height *s, int state)
+{
+    const int one = speaker(s), own = state == VELOCITY && one == RESTED ? s->older : one;
+    const baroarma_filter *other = &s->filters[one == RESTED ? FREE : RESTED];
+    const real p = chance(s), off = other->x[state] - s->filters[one].x[state];
+    return root_of((1 - p) * s->filters[own].P[state][state] + p * (other->P[state][state] + square(off)));
+}
+
 static void height_tell(const baroarma_height *s, baroarma_result *result)
 {
-    const int i = speaker(s), unsure = s->forked && i == RESTED ? s->older : i;
-    result->height = s->filters[i].x[HEIGHT];
-    result->velocity = s->filters[i].x[VELOCITY];
-    result->height_sd = root_of(s->filters[i].P[HEIGHT][HEIGHT]);
-    result->velocity_sd = root_of(s->filters[unsure].P[VELOCITY][VELOCITY]);
+    const baroarma_filter *f = &s->filters[speaker(s)];
+    result->height = f->x[HEIGHT];
+    result->velocity = f->x[VELOCITY];
+    result->height_sd = s->forked ? sd_of_both(s, HEIGHT) : root_of(f->P[HEIGHT][HEIGHT]);
+    result->velocity_sd = s->forked ? sd_of_both(s, VELOCITY) : root_of(f->P[VELOCITY][VELOCITY]);
 }

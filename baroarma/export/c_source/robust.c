@@ -93,6 +93,9 @@ static void attitude_start(baroarma_attitude *s, const baroarma_rest *rest)
     doubt_nothing(&s->rate_doubt);
     doubt_nothing(&s->force_doubt);
     s->unsure = 0;
+    s->noisy = rest->accel_sd > BAROARMA_LEAST_NOISE && rest->gyro_sd > BAROARMA_LEAST_NOISE;
+    set_clock(&s->repeats, 0);
+    for (i = 0; i < 3; i++) s->repeated[i] = NO_SAMPLE;
     begin(s);
     for (i = 0; i < ERRORS; i++) {
         for (j = 0; j < ERRORS; j++) s->P[i][j] = 0;
@@ -132,14 +135,40 @@ static int is_doubted(baroarma_suspect *doubt, const real v[3], real jump, real 
     return 0;
 }
 
-/* Write this row's force and rate as far as they are believed, NaN where they are not; by how much a doubted
- * force jumped, m/s^2.  All six exactly 0 is a sensor that restarts. */
-static real screen(
-    baroarma_attitude *s, real C[3][3], const real accel[3], const real gyro[3], real force[3], real rate[3])
+static int same(real a, real b)
 {
-    const int restarts = dot(accel, accel) <= 0 && dot(gyro, gyro) <= 0;
-    const int there = is_sample(accel) && !restarts;
-    int turns = is_rate(gyro) && !restarts, i;
+    return a <= b && a >= b;
+}
+
+/* Whether a sensor with noise repeats itself for longer than it should, and not as one at rest.  From then on its
+ * last samples count as being as old as they are. */
+static int is_stuck(baroarma_attitude *s, real dt, const real accel[3], const real gyro[3])
+{
+    const real off = SQRT(dot(accel, accel)) - s->gravity, longest = BAROARMA_UNFELT;
+    const real rate[3]
+        = {gyro[0] - s->estimate[2], gyro[1] - s->estimate[3], gyro[2] - s->estimate[4]};
+    const int moves = dot(rate, rate) > square(BAROARMA_MOVING_RATE) || FABS(off) > BAROARMA_MOVING_FORCE;
+    int i, repeats = s->noisy;
+    for (i = 0; i < 3; i++) {
+        repeats = repeats && same(gyro[i], s->rate[i]) && same(accel[i], s->repeated[i]);
+        s->repeated[i] = accel[i];
+    }
+    if (repeats) tick(&s->repeats, dt);
+    else set_clock(&s->repeats, 0);
+    if (!(moves && s->repeats.time > longest)) return 0;
+    if (s->rate_age.time < s->repeats.time) s->rate_age = s->repeats;
+    if (s->force_age.time < s->repeats.time) s->force_age = s->repeats;
+    return 1;
+}
+
+/* Write this row's force and rate as far as they are believed, NaN where they are not; by how much a doubted
+ * force jumped, m/s^2.  All six exactly 0 is a sensor that restarts; the same for long is one that is stuck. */
+static real screen(baroarma_attitude *s, real C[3][3], real dt, const real accel[3], const real gyro[3],
+                   real force[3], real rate[3])
+{
+    const int stuck = is_stuck(s, dt, accel, gyro), restarts = dot(accel, accel) <= 0 && dot(gyro, gyro) <= 0;
+    const int there = is_sample(accel) && !restarts && !stuck;
+    int turns = is_rate(gyro) && !restarts && !stuck, i;
     real world[3], jump;
     to_world(world, C, accel);
     jump = distance_squared(world, s->force);
@@ -393,7 +422,7 @@ static real attitude_step(baroarma_attitude *s, real dt, const real accel[3], co
     tick(&s->force_age, dt);
     tick(&s->age, dt);
     fill_rotation(C, s->q);
-    jump = screen(s, C, accel, gyro, force, rate);
+    jump = screen(s, C, dt, accel, gyro, force, rate);
     if (s->rate_age.time <= BAROARMA_LONGEST_HOLD) {
         rotate(s, C, dt, rate);
         if (jump > 0) s->velocity_variance += square(jump * dt); /* passed over, but it may have been true */

@@ -10,6 +10,9 @@ typedef struct {
     baroarma_real rate[3], force[3];        /* the last ones, rad/s, body axes, and m/s^2, world axes */
     baroarma_clock rate_age, force_age;     /* of these */
     baroarma_suspect rate_doubt, force_doubt; /* of samples that jump */
+    int noisy;                              /* whether the sensor showed noise at rest */
+    baroarma_clock repeats;                 /* since it has said the same */
+    baroarma_real repeated[3];              /* the specific force that it said, m/s^2 */
     int unsure;                             /* whether the tilt is doubtful */
     baroarma_clock age;                     /* since the last levelling */
     baroarma_real flow[6][6];               /* what bias and scale have done to tilt, velocity, and its integral */

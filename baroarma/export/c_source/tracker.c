@@ -160,10 +160,11 @@ static void take_vector(real v[3], const real *given, real largest)
     for (i = 0; i < 3; i++) v[i] = good ? given[i] : NO_SAMPLE;
 }
 
-/* The sd in m/s^2 that an acceleration held over dt must have for the velocity to wander unseen. */
-static real unseen_sd(real dt)
+/* The sd in m/s^2 that an acceleration held over dt must have for the velocity to wander unseen `since`. */
+static real unseen_sd(real since, real dt)
 {
-    return BAROARMA_UNSEEN_WALK / SQRT(dt > BAROARMA_LEAST_STEP ? dt : BAROARMA_LEAST_STEP);
+    const real least = BAROARMA_LEAST_STEP;
+    return BAROARMA_UNSEEN_WALK * SQRT(since > least ? since : least) / (dt > least ? dt : least);
 }
 
 static int height_is_finite(const baroarma_height *s)
@@ -179,14 +180,17 @@ static int chain_step(baroarma_state *state, const real accel[3], const real gyr
     const real since = state->aligned ? dt : 0; /* the attitude's first step takes no time */
     real up[3], a = attitude_step(&state->attitude, since, accel, gyro, up), z = NO_SAMPLE;
     real sd = stillness_step(&state->stillness, dt, accel, gyro);
+    const int felt = state->age.time <= BAROARMA_UNFELT;
+    int feels;
     if (!isfinite(up[0] + up[1] + up[2]) || isinf(a)) return 0;
     if (FABS(altitude - state->zero) <= BAROARMA_FARTHEST) {
         z = conditioning_step(&state->conditioning, altitude - state->zero);
     }
     tick(&state->age, dt);
     if (!isnan(a)) set_clock(&state->age, 0);
-    if (state->age.time > BAROARMA_STALE || dt > BAROARMA_STALE) sd = unseen_sd(dt);
-    if (state->age.time > BAROARMA_STALE) a = 0;
+    feels = state->age.time <= BAROARMA_UNFELT;
+    if (!feels || dt > BAROARMA_STALE) sd = unseen_sd(felt && !feels ? state->age.time : dt, dt);
+    if (!feels) a = 0;
     height_step(&state->height, dt, z, a, sd, up, is_still(&state->stillness));
     if (!isnan(a)) state->acceleration = a;
     return height_is_finite(&state->height);

@@ -441,3 +441,41 @@ def test_a_tilt_taken_anew_while_walking_is_right_after_a_second(duration):
         worst.append(angle_between(run.up, up)[later].max())
     # a walker who turns is accelerated by 1.4 m/s² for 1.5 s
     assert max(worst) < 0.15
+
+
+def stuck(t, accel, gyro, start, stop):
+    """The samples of `start` s again and again until `stop`."""
+    rows = (t >= start) & (t < stop)
+    for samples in accel, gyro:
+        samples[rows] = samples[rows][0]
+    return rows
+
+
+@pytest.mark.parametrize("start", [8.4, 9.0, 18.5])
+def test_a_noisy_sensor_that_repeats_itself_while_it_moves_is_stuck(start):
+    truth, accel, gyro, up = ideal("squat", duration=25.0, tilt=0.5)
+    rng = np.random.default_rng(3)
+    accel = accel + rng.normal(scale=0.025, size=accel.shape)
+    gyro = gyro + rng.normal(scale=0.0026, size=gyro.shape)
+    rows = stuck(truth, accel, gyro, start, start + 0.4)
+    _, run = tracked(truth, accel, gyro)
+    missing = np.isnan(run.acceleration)
+    # the first of 20 rows is new, and five more are a tenth of a second
+    assert missing.sum() == 14
+    assert missing[rows][6:].all()
+    # up to 1 rad/s is held for 0.4 s, and half of that is made up for by the next sample
+    assert angle_between(run.up, up)[truth > start + 0.4].max() < 0.2
+
+
+def test_who_repeats_itself_at_rest_is_believed():
+    t, accel, gyro = still(10.0)
+    stuck(t, accel, gyro, 4.0, 8.0)
+    _, run = tracked(t, accel, gyro)
+    assert np.isfinite(run.acceleration).all()
+
+
+def test_an_ideal_sensor_may_repeat_itself_in_motion():
+    t = np.arange(0, 5, 0.02)
+    accel = G * UP + np.where(t > 2, 1.0, 0.0)[:, None] * UP
+    _, run = tracked(t, accel, np.zeros((len(t), 3)))
+    np.testing.assert_allclose(run.acceleration[t > 2.01], 1.0, atol=1e-9)

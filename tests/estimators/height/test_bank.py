@@ -9,7 +9,7 @@ from baroarma import NoiseModel
 from baroarma.atmosphere import altitude_pressure
 from baroarma.estimators.base import HeightRun
 from baroarma.estimators.height.bank import AT_REST, REJECTED, Bank
-from baroarma.estimators.height.coloured_kalman import BIAS_SD, ColouredKalman
+from baroarma.estimators.height.coloured_kalman import BIAS_SD, CRUISE_SD, ColouredKalman
 from baroarma.estimators.height.linear import steps_of
 from baroarma.simulation import BMP085, simulate
 from baroarma.testing import height_samples
@@ -220,6 +220,38 @@ def test_what_feels_nothing_and_climbs_nothing_stays_believed(seed):
     # odds of nine to one at the start: a minute in ten may be doubted, and hardly is
     assert np.mean(make().decide(**samples).odds < 0) < 0.02
     assert np.abs(make().run(**samples).height).max() < 0.02  # 1 mm/s over half seconds: 12 mm in 300 s
+
+
+def test_who_may_rest_or_ride_is_as_uncertain_as_both_together():
+    # the bank's own prior: nine of ten rest, the others ride at 1 m/s (sd); the velocity is known to 0.5 m/s
+    n, trials = 150, 400
+    t, errors = 0.02 * np.arange(n), []
+    for seed in range(trials):
+        rng = np.random.default_rng(seed)
+        v = 0.0 if rng.random() < 0.9 else rng.normal(scale=CRUISE_SD)
+        kf = make(initial_velocity_sd=0.5, pressure_step=0.0)
+        kf.x[1, 0] = v + rng.normal(scale=0.5)
+        altitude = v * t + NOISE.simulate(n, rng)
+        run = kf.run(t, altitude, rng.normal(scale=0.025, size=n), at_rest=np.ones(n, bool))
+        errors.append(
+            [((run.velocity - v) / run.velocity_sd) ** 2, ((run.height - v * t) / run.height_sd) ** 2]
+        )
+    nees = np.mean(errors, axis=0)
+    # few trials are wrong, and by ten sds: the mean of 400 has a standard error of about 0.4.  The believed
+    # filter's own sds give 100 to 10 000.
+    assert (nees[:, 25:] > 0.3).all()
+    assert (nees[:, 25:] < 3.0).all()
+
+
+def test_what_goes_on_after_a_doubtful_rest_may_have_been_either():
+    # a ride whose velocity a fault has hidden is taken for a rest, until the IMU says that this is over
+    t, v = 0.02 * np.arange(100), 0.5
+    kf = make(initial_velocity_sd=0.5)
+    run = kf.run(t, v * t, np.zeros(100), at_rest=t < 1.2)
+    assert run.velocity[55] == pytest.approx(0.0, abs=0.01)
+    # a posterior of two parts, one of them 1 in 12 and right: sqrt(12) sds; the rest's own sd is 0.005 m/s
+    off = np.abs(run.velocity - v) / run.velocity_sd
+    assert off[61:].max() < 5.0
 
 
 def test_the_odds_are_bounded_so_that_evidence_can_turn():
