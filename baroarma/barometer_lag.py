@@ -41,6 +41,18 @@ class BarometerLag:
         How much log-likelihood it gains on a barometer without lag.
     longest : float
         Where the search ended, s.
+
+    Examples
+    --------
+    `coloured-kalman` takes it, also as `Tracker(height_settings={"barometer_lag": ...})`, and has the
+    low-passed height in its state:
+
+    >>> lag = BarometerLag(seconds=0.07, ci95=(0.06, 0.08), gain=45.0, longest=1.0)
+    >>> lag
+    <BarometerLag 0.070 s [0.060, 0.080]: pass barometer_lag=0.07>
+    >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+    >>> ColouredKalman(noise=noise, dt=0.02, barometer_lag=lag.seconds).states[3]
+    'low_passed'
     """
 
     seconds: float

@@ -74,6 +74,18 @@ class Climb:
         nothing moved.  What goes up between them is the ascent, what goes down the descent.
     name : str
         Name of the recording.
+
+    Examples
+    --------
+    Up a stair of 3 m, down by half of it, up to 4 m; the ripple of 5 cm is no climbing:
+
+    >>> t = np.linspace(0, 60, 601)
+    >>> height = np.interp(t, [0, 20, 40, 60], [0, 3, 1.5, 4]) + 0.05 * np.sin(10 * t)
+    >>> found = climb(Track(t, height, np.zeros(601), *np.full((2, 601), 0.05), np.zeros(601)), threshold=0.5)
+    >>> round(found.ascent, 1), round(found.descent, 1)  # 3 + 2.5 and 1.5, and the ripple at the turns
+    (5.6, 1.6)
+    >>> found.t.round().tolist()
+    [0.0, 20.0, 40.0, 60.0]
     """
 
     ascent: float

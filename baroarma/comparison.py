@@ -51,6 +51,19 @@ class Row:
         Time of a second run (compiled) per row, microseconds; None for a track made elsewhere.
     refusal : str
         Why there is no track.
+
+    Examples
+    --------
+    Where a preset can't, its row says why, and the others go on:
+
+    >>> from baroarma.simulation import BMP085, simulate
+    >>> rest = simulate("rest", duration=10, seed=1)
+    >>> blind = replace(rest, accel=None, gyro=None)
+    >>> row, ours = compare(blind, presets=("sg14-a", "baroarma"), noise=BMP085.noise).rows
+    >>> row.refusal
+    'rest has no accelerometer and gyro, which the preset sg14-a needs; ...'
+    >>> len(ours.track)
+    500
     """
 
     preset: str
@@ -87,6 +100,16 @@ class Comparison:
         By how much the reference was shifted back, s.
     findings : tuple of Finding
         What to know, such as a reference that is late.
+
+    Examples
+    --------
+    >>> from baroarma.simulation import BMP085, simulate
+    >>> squats = simulate("squat", duration=30, seed=1)
+    >>> table = compare(squats, presets=("sg14-a", "sg14-b", "baroarma"), noise=BMP085.noise)
+    >>> min(table.rows, key=lambda row: row.errors.velocity_rmse).preset
+    'baroarma'
+    >>> list(table.to_frame().columns[:3])
+    ['preset', 'height_rmse_m', 'velocity_rmse_m_s']
     """
 
     recording: Recording

@@ -101,6 +101,15 @@ def difference_noise(noise: NoiseModel, reference: NoiseModel, *, smoothing: flo
         At the first one's rate.  Correlated parts become one Gauss-Markov component of the same variance and
         the same density at frequency 0.  Of the two drifts only the excess of one over the other stays: what
         they share is taken for weather.
+
+    Examples
+    --------
+    White noises add as squares; of the drifts 0.05 and 0.03 m/√s, 0.03 is the weather that both saw:
+
+    >>> moving = NoiseModel(0, 0, white_sd=0.3, drift_rate=0.05, rate_hz=50)
+    >>> still = NoiseModel(0, 0, white_sd=0.4, drift_rate=0.03, rate_hz=50)
+    >>> difference_noise(moving, still)
+    <NoiseModel at 50 Hz: white 0.5 m, no Gauss-Markov, drift 0.04 m/sqrt(s)>
     """
     white = noise.white_density
     parts = [(noise.correlated_sd**2, noise.correlation_time)]

@@ -41,6 +41,17 @@ class Errors:
         Root mean square of velocity minus reference velocity, m/s.
     closure : float
         Height over the last second, m: what a ride that ends where it began should leave at 0.
+
+    Examples
+    --------
+    A track that jumps to 2 m after the first second of four, while the reference stays where it is:
+
+    >>> from baroarma.recording import Recording
+    >>> t = np.arange(40) / 10
+    >>> ride = Recording(t=t, pressure=np.full(40, 101325.0), reference=np.zeros(40))
+    >>> found = errors(Track(t, np.where(t < 1, 0.0, 2.0), *np.zeros((4, 40))), ride)
+    >>> found.height_bias, round(found.height_rmse**2, 6), found.closure  # 3/4 of 2 m, 3/4 of 4 m²
+    (1.5, 3.0, 2.0)
     """
 
     height_rmse: float | None
@@ -94,6 +105,31 @@ def reference_at(recording: Recording, t: Signal, lag: float) -> tuple[Signal, S
 
     A reference without velocity is differentiated over the `DIFFERENTIATED_OVER` seconds around each instant,
     so that a laser's millimetre steps do not become spikes.
+
+    Parameters
+    ----------
+    recording : Recording
+        With or without `reference`.
+    t : ndarray, shape (n,)
+        Times on the recording's clock, s.
+    lag : float
+        How late the reference is, s: what it says at t + lag held at t.
+
+    Returns
+    -------
+    tuple of ndarray, each of shape (n,), or None
+        Height in m and velocity in m/s, up.
+
+    Examples
+    --------
+    A lift at 0.5 m/s, seen 0.2 s late:
+
+    >>> from baroarma.recording import Recording
+    >>> t = np.arange(0, 10, 0.1)
+    >>> ride = Recording(t=t, pressure=np.full(100, 101325.0), reference=0.5 * (t - 0.2))
+    >>> height, velocity = reference_at(ride, np.array([4.0, 5.0]), lag=0.2)
+    >>> height.round(6).tolist(), velocity.round(6).tolist()
+    ([2.0, 2.5], [0.5, 0.5])
     """
     if recording.reference is None or not np.isfinite(recording.reference).any():
         return None

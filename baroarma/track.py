@@ -29,7 +29,31 @@ ROWS: Final = 1 << 16
 
 
 class TrackState(NamedTuple):
-    """Hold a track's row, the state now: m and m/s, up, with standard deviations, and m/s², up."""
+    """Hold a track's row, the state now: m and m/s, up, with standard deviations, and m/s², up.
+
+    Parameters
+    ----------
+    height, velocity : float
+        Height relative to the start in m and vertical velocity in m/s, up.
+    height_sd, velocity_sd : float
+        Their standard deviations, m and m/s.
+    acceleration : float
+        Vertical acceleration as it was integrated, m/s², up.
+
+    Examples
+    --------
+    The k-th `Tracker.step` returns row k of the `Track` that `run` makes; None while it aligns:
+
+    >>> from baroarma.simulation import BMP085, simulate
+    >>> from baroarma.tracker import Tracker
+    >>> log, tracker = simulate("squat", duration=5, seed=1), Tracker(noise=BMP085.noise)
+    >>> steps = [
+    ...     tracker.step(dt=0.02, accel=force, gyro=rate, pressure=pressure)
+    ...     for force, rate, pressure in zip(log.accel, log.gyro, log.pressure)
+    ... ]
+    >>> steps[0] is None, abs(steps[-1].height - float(tracker.run(log).height[-1])) < 1e-9
+    (True, True)
+    """
 
     height: float
     velocity: float

@@ -92,6 +92,12 @@ class WhiteningFilter:
         -------
         ndarray
             Complex gain, same shape.
+
+        Examples
+        --------
+        >>> w = synthesise(tau_p=0.664286, tau_o=0.158333, rate_hz=50, unity_gain_hz=25)
+        >>> np.abs(w.response([0, 25])).round(4).tolist()  # DC gain, and 1 where that was asked for
+        [0.2384, 1.0]
         """
         z = np.exp(-2j * np.pi * np.asarray(frequency_hz, float) / self.rate_hz)
         return np.polyval(self.b[::-1], z) / np.polyval(self.a[::-1], z)
@@ -184,7 +190,21 @@ class WhiteningStream:
         self.delay: list[float] | None = None
 
     def start(self, x: float) -> None:
-        """Put the filter into the steady state of the constant input `x`."""
+        """Put the filter into the steady state of the constant input `x`.
+
+        Parameters
+        ----------
+        x : float
+            In the signal's unit.  Without this the first sample is taken for it.
+
+        Examples
+        --------
+        >>> w = synthesise(tau_p=0.75, tau_o=0.145, rate_hz=50, unity_gain_hz=25)
+        >>> stream = w.stream()
+        >>> stream.start(100.0)
+        >>> round(stream.step(100.0), 9) == round(100 * w.dc_gain, 9)
+        True
+        """
         y = x * sum(self.b) / sum(self.a)
         delay, tail = [], 0.0
         for b, a in zip(self.b[:0:-1], self.a[:0:-1], strict=True):
@@ -253,7 +273,33 @@ def synthesise(
 
 
 def no_whitening(*, rate_hz: float, unity_gain_hz: float, note: str) -> WhiteningFilter:
-    """Return the filter that is 1: for noise without a correlated component, saying so in `note`."""
+    """Return the filter that is 1: for noise without a correlated component, saying so in `note`.
+
+    Parameters
+    ----------
+    rate_hz, unity_gain_hz : float
+        As in `synthesise`; they are kept and checked, and change nothing.
+    note : str
+        Why there is nothing to whiten.
+
+    Returns
+    -------
+    WhiteningFilter
+        With b = a = (1,).
+
+    Raises
+    ------
+    ValueError
+        As `synthesise`.
+
+    Examples
+    --------
+    >>> w = no_whitening(rate_hz=50, unity_gain_hz=25, note="white noise is white already")
+    >>> w
+    <WhiteningFilter at 50 Hz: 1 (nothing to whiten)>
+    >>> w([0.5, -0.2]).tolist(), w.dc_gain, w.pole_hz
+    ([0.5, -0.2], 1.0, None)
+    """
     synthesise(tau_p=1.0, tau_o=1.0, rate_hz=rate_hz, unity_gain_hz=unity_gain_hz)  # same checks
     return WhiteningFilter((1.0,), (1.0,), float(rate_hz), float(unity_gain_hz), note)
 

@@ -49,6 +49,20 @@ class Alignment:
     gravity_sd, gyro_bias_sd : float
         How uncertain `gravity` and each axis of `gyro_bias` are, m/s² and rad/s: more than the noise says
         where something sways; NaN: not known.
+
+    Examples
+    --------
+    Told of a gyro's bias and of how the accelerometer reads g, an estimator sees a resting device rest:
+
+    >>> from baroarma.estimators import attitude_estimator
+    >>> still = {"accel": np.array([0.0, 0.0, 9.79]), "gyro": np.array([0.01, 0.0, 0.0])}
+    >>> tilt = attitude_estimator("tilt-kalman")
+    >>> tilt.reset(Alignment(gravity=9.79, gyro_bias=(0.01, 0.0, 0.0)))
+    >>> abs(round(tilt.step(dt=0.02, **still).acceleration, 9))
+    0.0
+    >>> tilt.reset()
+    >>> round(tilt.step(dt=0.02, **still).acceleration, 4)  # 9.79 - 9.80665
+    -0.0167
     """
 
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
@@ -61,7 +75,16 @@ class Alignment:
 
 
 class AttitudeState(NamedTuple):
-    """Tilt and what follows from it at one instant."""
+    """Tilt and what follows from it at one instant.
+
+    Examples
+    --------
+    >>> from baroarma.estimators import attitude_estimator
+    >>> tilt = attitude_estimator("accelerometer-norm")
+    >>> state = tilt.step(dt=0.02, accel=np.array([0.0, 6.0, 8.0]), gyro=np.zeros(3))
+    >>> state.up.tolist(), round(state.acceleration + STANDARD_GRAVITY, 9)
+    ([0.0, 0.6, 0.8], 10.0)
+    """
 
     up: Signal
     """Unit vector in body axes that points up, (3,)."""
@@ -72,7 +95,18 @@ class AttitudeState(NamedTuple):
 
 
 class AttitudeRun(NamedTuple):
-    """`AttitudeState` of every row: up (n, 3), acceleration (n,), acceleration_sd (n,)."""
+    """`AttitudeState` of every row: up (n, 3), acceleration (n,), acceleration_sd (n,).
+
+    Examples
+    --------
+    >>> from baroarma.estimators import attitude_estimator
+    >>> force = np.array([[0.0, 6.0, 8.0], [0.0, 0.0, 9.0], [np.nan, np.nan, np.nan]])
+    >>> found = attitude_estimator("accelerometer-norm").run(np.arange(3) / 50, force, np.zeros((3, 3)))
+    >>> (found.acceleration + STANDARD_GRAVITY).round(9)
+    array([10.,  9., nan])
+    >>> found.up.tolist()  # where there is no sample, the vertical is the last one
+    [[0.0, 0.6, 0.8], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]
+    """
 
     up: Signal
     acceleration: Signal
@@ -80,7 +114,22 @@ class AttitudeRun(NamedTuple):
 
 
 class HeightState(NamedTuple):
-    """Height (m) and vertical velocity (m/s), up, with standard deviations, at one instant."""
+    """Height (m) and vertical velocity (m/s), up, with standard deviations, at one instant.
+
+    Parameters
+    ----------
+    height, velocity : float
+        Height relative to the start in m and vertical velocity in m/s, up.
+    height_sd, velocity_sd : float
+        Their standard deviations.
+
+    Examples
+    --------
+    >>> from baroarma.estimators import height_estimator
+    >>> cf = height_estimator("complementary")
+    >>> [cf.step(dt=0.5, altitude=float("nan"), acceleration=2.0).velocity for _ in range(3)]
+    [0.0, 1.0, 2.0]
+    """
 
     height: float
     velocity: float
@@ -89,7 +138,20 @@ class HeightState(NamedTuple):
 
 
 class HeightRun(NamedTuple):
-    """`HeightState` of every row, each (n,)."""
+    """`HeightState` of every row, each (n,).
+
+    Examples
+    --------
+    A second at 2 m/s² and one without a barometer:
+
+    >>> from baroarma.estimators import height_estimator
+    >>> t, silent = np.arange(101) / 100, np.full(101, np.nan)
+    >>> found = height_estimator("kalman", dt=0.01).run(t, silent, np.full(101, 2.0))
+    >>> round(float(found.velocity[-1]), 6), round(float(found.height[-1]), 6)
+    (2.0, 1.0)
+    >>> bool((np.diff(found.height_sd) > 0).all())
+    True
+    """
 
     height: Signal
     velocity: Signal
@@ -98,7 +160,27 @@ class HeightRun(NamedTuple):
 
 
 class AttitudeEstimator(ABC):
-    """Turn accelerometer and gyro samples into tilt and vertical acceleration."""
+    """Turn accelerometer and gyro samples into tilt and vertical acceleration.
+
+    Examples
+    --------
+    One for a device that never tilts:
+
+    >>> class Level(AttitudeEstimator):
+    ...     def reset(self, alignment=None):
+    ...         self.alignment = alignment or Alignment()
+    ...
+    ...     def step(self, *, dt, accel, gyro, attitude=None):
+    ...         return AttitudeState(np.array([0.0, 0.0, 1.0]), float(accel[2]) - self.alignment.gravity, 0.1)
+    ...
+    ...     def run(self, t, accel, gyro, attitude=None, *, dt=0.0):
+    ...         states = [self.step(dt=dt, accel=force, gyro=rate) for force, rate in zip(accel, gyro)]
+    ...         return AttitudeRun(*map(np.array, zip(*states)))
+    >>> level = Level()
+    >>> level.reset(Alignment(gravity=9.8))
+    >>> level.run(np.arange(2.0), np.array([[0, 0, 9.8], [0, 0, 10.8]]), np.zeros((2, 3))).acceleration
+    array([0., 1.])
+    """
 
     @abstractmethod
     def reset(self, alignment: Alignment | None = None) -> None:
@@ -131,7 +213,28 @@ class AttitudeEstimator(ABC):
 
 
 class HeightEstimator(ABC):
-    """Turn vertical acceleration (or the IMU) and barometric height into height and velocity."""
+    """Turn vertical acceleration (or the IMU) and barometric height into height and velocity.
+
+    Examples
+    --------
+    The barometer alone, each new sample taken as it is:
+
+    >>> class Barometer(HeightEstimator):
+    ...     def reset(self, alignment=None):
+    ...         self.state = HeightState(0.0, 0.0, 1e-3, 1.0)
+    ...
+    ...     def step(self, *, dt, altitude, **unused):
+    ...         if not np.isnan(altitude):
+    ...             self.state = HeightState(altitude, 0.0, 0.5, 1.0)
+    ...         return self.state
+    ...
+    ...     def run(self, t, altitude, *unused, dt=0.0, **also_unused):
+    ...         return HeightRun(*np.array([self.step(dt=dt, altitude=z) for z in altitude]).T)
+    >>> barometer = Barometer()
+    >>> barometer.reset()
+    >>> barometer.run(np.arange(3.0), np.array([np.nan, 0.3, np.nan])).height.tolist()
+    [0.0, 0.3, 0.3]
+    """
 
     input: ClassVar[Literal["acceleration", "imu"]] = "acceleration"
     """What it integrates: a vertical acceleration, or accelerometer and gyro themselves."""

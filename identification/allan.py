@@ -30,6 +30,15 @@ class AllanDeviation:
         Allan deviation of height and the ends of its band, m.
     duration : float
         Length of the gap-free stretch it comes from, s.
+
+    Examples
+    --------
+    White noise of 1 m falls as the root of the averaging time:
+
+    >>> found = allan_deviation(np.arange(4000) / 10, np.random.default_rng(1).normal(size=4000))
+    >>> white = np.sqrt(0.1 / found.tau)
+    >>> bool(((found.low < white) & (white < found.high)).all())
+    True
     """
 
     tau: Signal

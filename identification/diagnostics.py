@@ -50,6 +50,13 @@ class Outcome:
         Probability of a statistic at least as large if the null hypothesis holds.
     message : str
         What it means.
+
+    Examples
+    --------
+    Means 2 and 5 of three values each, with the variance 1: F = 13.5/1.
+
+    >>> print(anova([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], "a"))
+    ANOVA of a: 13.5, p = 0.0213.  The 2 recordings do not share a mean of a.
     """
 
     name: str
@@ -172,7 +179,26 @@ def _whiteness(name: str, statistic: float, p: float) -> Outcome:
 
 
 def whiteness_of_windows(fits: WindowFits, lags: int = 20) -> tuple[Signal, Signal]:
-    """Return the p-values (m,) of Bartlett's test and of Ljung-Box over windows; NaN for a dead window."""
+    """Return the p-values (m,) of Bartlett's test and of Ljung-Box over windows; NaN for a dead window.
+
+    Parameters
+    ----------
+    fits : WindowFits
+        What `fit_windows` returned, m windows.
+    lags : int
+        Autocorrelations for Ljung-Box, of which the two fitted parameters take two degrees of freedom.
+
+    Examples
+    --------
+    Windows of an ARMA(1, 1) leave white residuals; dead ones leave none:
+
+    >>> sg13 = ArmaModel(ar=(-0.86,), ma=(-0.52,), sd=0.2746, dt=0.1)
+    >>> windows = sg13.simulate(1200, rng=1).reshape(4, 300)
+    >>> windows[3] = 0.0
+    >>> bartlett, ljung = whiteness_of_windows(fit_windows(windows, 0.1))
+    >>> (bartlett > 0.05).tolist(), np.isnan(ljung).tolist()
+    ([True, True, True, False], [False, False, False, True])
+    """
     alive = np.isfinite(fits.innovation_sd) & (np.ptp(fits.residuals, axis=1) > 0)
     bartlett, ljung = np.full((2, len(alive)), np.nan)
     for i in np.flatnonzero(alive):
@@ -183,7 +209,22 @@ def whiteness_of_windows(fits: WindowFits, lags: int = 20) -> tuple[Signal, Sign
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OrderTable:
-    """Hold the fits of all orders up to (max_p, max_q), by order."""
+    """Hold the fits of all orders up to (max_p, max_q), by order.
+
+    Parameters
+    ----------
+    fits : dict of (int, int) to ArmaFit
+        The fits by (p, q).
+
+    Examples
+    --------
+    >>> sg13 = ArmaModel(ar=(-0.86,), ma=(-0.52,), sd=0.2746, dt=0.1)
+    >>> table = order_table(sg13.simulate(600, rng=1), 0.1, max_p=1, max_q=1)
+    >>> table
+    <OrderTable of 4 ARMA orders, best by FPE (1, 1), AIC (1, 1), BIC (1, 1)>
+    >>> table.fits[1, 1].fpe < table.fits[1, 0].fpe < table.fits[0, 0].fpe
+    True
+    """
 
     fits: dict[tuple[int, int], ArmaFit]
 
@@ -192,7 +233,13 @@ class OrderTable:
         return f"<OrderTable of {len(self.fits)} ARMA orders, best by {best}>"
 
     def best(self, criterion: str = "fpe") -> tuple[int, int]:
-        """Return the order with the smallest ``"fpe"``, ``"aic"`` or ``"bic"``."""
+        """Return the order with the smallest ``"fpe"``, ``"aic"`` or ``"bic"``.
+
+        Raises
+        ------
+        ValueError
+            For another criterion.
+        """
         if criterion not in ("fpe", "aic", "bic"):
             raise ValueError(f"criterion {criterion!r} is unknown; choose 'fpe', 'aic' or 'bic'")
         return min(self.fits, key=lambda order: float(getattr(self.fits[order], criterion)))
@@ -246,6 +293,17 @@ def order_table(y: ArrayLike, dt: float, max_p: int = 3, max_q: int = 3) -> Orde
         Sampling interval, s.
     max_p, max_q : int
         Largest orders.
+
+    Returns
+    -------
+    OrderTable
+        (max_p + 1)(max_q + 1) fits.
+
+    Examples
+    --------
+    >>> wander = ArmaModel(ar=(-0.9,), ma=(), sd=0.1, dt=0.1).simulate(600, rng=1)
+    >>> order_table(wander, 0.1, max_p=1, max_q=1).best("bic")
+    (1, 0)
     """
     orders = [(p, q) for p in range(max_p + 1) for q in range(max_q + 1)]
     return OrderTable({order: fit_arma(y, dt, order) for order in orders})
@@ -270,6 +328,19 @@ def spectral_error(model: ArmaModel, y: ArrayLike, lags: int = 20) -> float:
         The window, m, at the model's interval.
     lags : int
         Autocovariances to look at.
+
+    Returns
+    -------
+    float
+        0 for data whose spectrum is exactly the model's; (r² - 1)² where only the model's sd is r times too
+        large.
+
+    Examples
+    --------
+    >>> sg13 = ArmaModel(ar=(-0.86,), ma=(-0.52,), sd=0.2746, dt=0.1)
+    >>> y = sg13.simulate(20_000, rng=1)
+    >>> round(spectral_error(sg13, y), 1), round(spectral_error(replace(sg13, sd=2 * sg13.sd), y))
+    (0.0, 9)
     """
     from baroarma.identification.arma_kernels import prediction_errors
 
@@ -300,6 +371,26 @@ def stationarity(
         Seed of the simulation.
     lags : int
         See `spectral_error`.
+
+    Returns
+    -------
+    Outcome
+        The mean spectral error and its p.
+
+    Raises
+    ------
+    ValueError
+        If there is one window only, or one is constant.
+
+    Examples
+    --------
+    >>> sg13 = ArmaModel(ar=(-0.86,), ma=(-0.52,), sd=0.2746, dt=0.1)
+    >>> windows = sg13.simulate(1200, rng=1).reshape(6, 200)
+    >>> stationarity(windows, 0.1, trials=50).p > 0.05
+    True
+    >>> windows[4:] *= 2  # somebody opened a window
+    >>> stationarity(windows, 0.1, trials=50).p < 0.05
+    True
     """
     y = np.asarray(windows, float)
     if y.ndim != 2 or len(y) < 2:
@@ -357,7 +448,29 @@ def anova(groups: Sequence[ArrayLike], name: str = "coefficient") -> Outcome:
 
 @dataclass(frozen=True)
 class AveragingRow:
-    """One length of the moving average in the study of SG13, Fig. 5; sds in m."""
+    """One length of the moving average in the study of SG13, Fig. 5; sds in m.
+
+    Parameters
+    ----------
+    average : int
+        M, samples.
+    total_sd, correlated_sd, white_sd : Trimmed
+        Trimmed mean and SD over windows, m.
+    theory_white_sd : float
+        What 1/sqrt(M) makes of the white sd of the first row, m.
+    bartlett_failures, ljung_box_failures : float
+        Share of the windows that the test rejects at 5 %.
+    outside : float
+        Share of the windows whose coefficients are no Gauss-Markov plus white noise.
+
+    Examples
+    --------
+    >>> from baroarma import NoiseModel
+    >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+    >>> row = averaging_study(np.arange(15000) / 50, noise.simulate(15000, 1), averages=(4,)).rows[0]
+    >>> round(row.white_sd.mean, 2), row.outside  # 0.46 m/sqrt(4) = 0.23 m, in windows of 300 samples 4 % low
+    (0.22, 0.0)
+    """
 
     average: int
     total_sd: Trimmed
@@ -374,7 +487,24 @@ class AveragingRow:
 
 @dataclass(frozen=True, repr=False)
 class AveragingStudy:
-    """Hold what averages of growing length do to the noise [SG13, Fig. 5]."""
+    """Hold what averages of growing length do to the noise [SG13, Fig. 5].
+
+    Parameters
+    ----------
+    rows : tuple of AveragingRow
+        One per length.
+
+    Examples
+    --------
+    >>> from baroarma import NoiseModel
+    >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+    >>> study = averaging_study(np.arange(15000) / 50, noise.simulate(15000, 1), averages=(1, 4, 16))
+    >>> study
+    <AveragingStudy of M = 1, 4, 16 samples>
+    >>> first, second, _ = study.to_frame()["theory_white_sd_m"]
+    >>> round(first / second, 9)  # sqrt(4/1)
+    2.0
+    """
 
     rows: tuple[AveragingRow, ...]
 
@@ -471,6 +601,27 @@ def averaging_study(
         The other settings; default: those for the rate.
     split : {"exact", "bilinear"}
         How coefficients become components.
+
+    Returns
+    -------
+    AveragingStudy
+        A row per length.
+
+    Raises
+    ------
+    ValueError
+        If no gap-free window is left.
+
+    Examples
+    --------
+    After 16 samples' average every window looks like something else than an ARMA(1, 1); after 4, as SG13 has it,
+    none does:
+
+    >>> from baroarma import NoiseModel
+    >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+    >>> study = averaging_study(np.arange(15000) / 50, noise.simulate(15000, 1), averages=(4, 16))
+    >>> [row.outside for row in study.rows], [row.ljung_box_failures for row in study.rows]
+    ([0.0, 1.0], [0.0, 1.0])
     """
     t, height = new_samples(t, height)
     settings = settings or WindowSettings.for_rate(1 / float(np.median(np.diff(t))))

@@ -69,6 +69,22 @@ class Identification:
         Standardised one-step prediction errors of the model on the raw samples.
     temperature : float or None
         Air temperature in °C that heights were corrected with.
+
+    Examples
+    --------
+    >>> from baroarma.simulation import simulate, simulate_rest
+    >>> found = identify(simulate_rest(duration=300, seed=1))
+    >>> low, high = found.model.ci95["white_sd"]
+    >>> low < 0.46 < high, found.fits[0].terms
+    (True, ('white', 'gm'))
+    >>> found.residuals.shape, round(float(found.residuals.std()), 2)  # white, of sd 1
+    ((14999,), 1.0)
+
+    A log that can't support a model says why:
+
+    >>> moved = identify(simulate("stairs", duration=60, seed=1))
+    >>> moved.ok, moved.verdict[0].code
+    (False, 'moving')
     """
 
     recording: Recording
@@ -95,7 +111,20 @@ class Identification:
         return None if self.model is None else minutes_wanting(self.model, self.recording.duration)
 
     def samples(self) -> tuple[Signal, Signal]:
-        """Return times (s) and heights (m) of the barometer's new samples."""
+        """Return times (s) and heights (m) of the barometer's new samples.
+
+        Returns
+        -------
+        t, height : ndarray, shape (m,)
+            Rows without a sample are left out.
+
+        Examples
+        --------
+        >>> rest = Recording(t=[0.0, 0.1, 0.2], pressure=[101325.0, float("nan"), 101325.0])
+        >>> t, height = Identification(rest, None, (), "structural").samples()
+        >>> t.tolist(), height.tolist()
+        ([0.0, 0.2], [0.0, 0.0])
+        """
         return new_samples(self.recording.t, self.recording.height(self.temperature))
 
     def orders(self, max_p: int = 3, max_q: int = 3) -> OrderTable:

@@ -49,6 +49,14 @@ class StructuralFit:
         Exact Gaussian log-likelihood, given a flat prior of the level.
     n : int
         Number of samples.
+
+    Examples
+    --------
+    BIC is k log(n - 1) - 2 log-likelihood; here k = 1 and n - 1 = 100:
+
+    >>> fit = StructuralFit(("white",), np.array([0.46, 0.0]), log_likelihood=-60.0, n=101)
+    >>> fit.free, round(fit.bic - math.log(100), 9)
+    ([0], 120.0)
     """
 
     terms: Terms

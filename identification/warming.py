@@ -90,6 +90,24 @@ class WarmUp:
         Drift of the noise in m/√s, without the effect and with it.
     effect : ndarray, shape (n,)
         The effect at each row of the recording, m, 0 at the end.
+
+    Examples
+    --------
+    A sensor that reads half a metre higher per kelvin, warming up by 13 K; at sea level a metre is 12 Pa:
+
+    >>> from dataclasses import replace
+    >>> from baroarma.simulation import simulate_rest
+    >>> rest = simulate_rest(200, rate_hz=5, seed=1)
+    >>> warmth = 40 - 13 * np.exp(-rest.t / 60)
+    >>> warm = replace(rest, pressure=altitude_pressure(rest.height() + 0.5 * warmth), temperature=warmth)
+    >>> found = warm_up(warm)
+    >>> found.status, found.unit, found.ci95[0] < 0.5 < found.ci95[1]
+    ('effect', 'm/K', True)
+    >>> round(found.pascal_per_kelvin / found.slope, 1)
+    -11.9
+    >>> height = found.compensate().height()
+    >>> bool(abs(height[:100].mean() - height[-100:].mean()) < 1)  # it was more than 5 m
+    True
     """
 
     recording: Recording

@@ -76,6 +76,20 @@ class WindowsResult:
         Largest drift rate, m/sqrt(s), that the levels which detrending removed allow.
     findings : tuple of Finding
         What to know before trusting it.
+
+    Examples
+    --------
+    The windows' white sd is that of averages of four; the noise model's is that of raw samples:
+
+    >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+    >>> found = identify_windows(np.arange(15000) / 50, noise.simulate(15000, 1))
+    >>> len(found), found.settings.average
+    (10, 4)
+    >>> round(found.to_noise_model().white_sd / found.table["white_sd"].mean, 9)
+    2.0
+    >>> low, high = found.eq16_ci95()["a"]
+    >>> low < found.table["a"].mean < high
+    True
     """
 
     fits: WindowFits
@@ -112,7 +126,13 @@ class WindowsResult:
         return {"a": (low[0], high[0]), "b": (low[1], high[1])}
 
     def eq16_sd(self) -> tuple[float, float]:
-        """Return the sds of one window's a and b by SG13, Eq. 16, at the mean coefficients."""
+        """Return the sds of one window's a and b by SG13, Eq. 16, at the mean coefficients.
+
+        Returns
+        -------
+        tuple of float
+            Of a and of b; infinite where a = b.
+        """
         a, b = self.table["a"].mean, self.table["b"].mean
         if a == b:  # they cancel: (a, b) is not determined
             return math.inf, math.inf

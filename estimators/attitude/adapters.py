@@ -123,6 +123,17 @@ class VqfAttitude(Adapter):
     ------
     ValueError
         If the package vqf is not installed.
+
+    Examples
+    --------
+    A device that lies 0.3 rad askew and rises with 0.5 m/s² for a second:
+
+    >>> up = np.array([0.0, np.sin(0.3), np.cos(0.3)])
+    >>> attitude = VqfAttitude(rate_hz=50)
+    >>> attitude.reset(Alignment(up=tuple(up)))
+    >>> force = np.tile((STANDARD_GRAVITY + 0.5) * up, (50, 1))
+    >>> attitude.run(np.arange(50) / 50, force, np.zeros((50, 3))).acceleration[[0, -1]].round(6).tolist()
+    [0.5, 0.5]
     """
 
     def __init__(
@@ -178,6 +189,17 @@ class ImufusionAttitude(Adapter):
     ------
     ValueError
         If the package imufusion is not installed.
+
+    Examples
+    --------
+    Turned by 90° within a second, the gyro alone being trusted:
+
+    >>> attitude = ImufusionAttitude(gain=0.0)
+    >>> attitude.reset()
+    >>> turning = np.tile([np.pi / 2, 0.0, 0.0], (101, 1))
+    >>> found = attitude.run(np.arange(101) / 100, np.full((101, 3), np.nan), turning)
+    >>> found.up[-1].round(3).tolist()
+    [0.0, 1.0, 0.0]
     """
 
     def __init__(

@@ -69,6 +69,29 @@ class LinearHeight(KalmanFilter, HeightEstimator):
     unresolved : float
         Share of the change from one acceleration sample to the next that the integration may miss; default
         0: what happens between samples is as smooth as they are.
+
+    Examples
+    --------
+    Three matrices make a filter that steps, runs and smooths, such as one whose accelerometer is off by a bias:
+
+    >>> class Biased(LinearHeight):
+    ...     def __init__(self):
+    ...         super().__init__(("height", "velocity", "bias"), dt=0.02, acceleration_sd=0.05)
+    ...         self.H, self.R = np.array([[1.0, 0.0, 0.0]]), np.array([[0.01]])
+    ...
+    ...     def transition(self, dt):
+    ...         return motion_transition(dt, bias=True)
+    ...
+    ...     def wander(self, dt):
+    ...         return np.zeros((*np.shape(dt), 3, 3))
+    ...
+    ...     def initial_covariance(self):
+    ...         return np.diag([1e-6, 0.01, 0.25])
+    >>> t = np.arange(1000) / 50
+    >>> kf = Biased()
+    >>> found = kf.run(t, np.zeros(1000), np.full(1000, 0.3))  # at rest, says the barometer
+    >>> round(float(kf.x[2, 0]), 2)
+    0.3
     """
 
     x: Signal
@@ -122,7 +145,23 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         return B
 
     def process_noise(self, dt: float, acceleration_sd: float = float("nan")) -> Signal:
-        """Return Q for an interval in s; `acceleration_sd` NaN: the setting."""
+        """Return Q for an interval in s; `acceleration_sd` NaN: the setting.
+
+        Parameters
+        ----------
+        dt : float
+            Interval, s.
+        acceleration_sd : float
+            Of its acceleration sample, m/s²; NaN: the setting.
+
+        Examples
+        --------
+        White acceleration held over dt gives Q = sd² B Bᵀ with B = [dt²/2, dt]:
+
+        >>> from baroarma.estimators.height.kalman import Kalman
+        >>> Kalman(dt=0.1).process_noise(0.1, acceleration_sd=2.0).round(9).tolist()
+        [[0.0001, 0.002], [0.002, 0.04]]
+        """
         sd = self.acceleration_sd if np.isnan(acceleration_sd) else acceleration_sd
         B = self.input_matrix(dt)
         return np.asarray(self._unseen(dt) + sd**2 * B @ B.T)
@@ -204,6 +243,26 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         lag : float
             How many seconds of later samples a row may know (fixed-lag smoother, for near-on-line use);
             default: all of them (fixed-interval).  The time this takes grows with the lag.
+
+        Returns
+        -------
+        HeightRun
+            Sds no larger than `run`'s.
+
+        Raises
+        ------
+        ValueError
+            If the lag is negative.
+
+        Examples
+        --------
+        >>> from baroarma.estimators.height.kalman import Kalman
+        >>> t, z = np.arange(200) / 50, np.random.default_rng(1).normal(0, 0.3, 200)
+        >>> filtered, smoothed = Kalman(dt=0.02).run(t, z), Kalman(dt=0.02).smooth(t, z)
+        >>> bool((smoothed.height_sd <= filtered.height_sd + 1e-12).all())
+        True
+        >>> bool(abs(smoothed.height_sd[-1] - filtered.height_sd[-1]) < 1e-12)  # nothing came after
+        True
         """
         if not lag >= 0:
             raise ValueError(f"the lag is a time in s, 0 or more, but it is {lag}")
