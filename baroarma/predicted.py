@@ -41,6 +41,19 @@ class Prediction:
         Where the sds end; None where they don't, and `notes` say why.
     notes : tuple of str
         What to know before believing it, in sentences.
+
+    Examples
+    --------
+    `predict_accuracy` makes one; by hand, the root mean square of 3 m and 4 m is 3.536 m:
+
+    >>> from baroarma import ImuNoise, NoiseModel
+    >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+    >>> imu = ImuNoise.of_device("simple")
+    >>> found = Prediction([0.0, 0.02], [3.0, 4.0], [0.0, 0.0], "mine", noise, imu, None, None)
+    >>> round(found.height_rms, 3), found.duration
+    (3.536, 0.04)
+    >>> found.rows()[1]
+    ('rms over 0.04 s', 3.535..., 0.0)
     """
 
     t: Signal

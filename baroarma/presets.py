@@ -30,6 +30,11 @@ class Constant:
         Whether the paper prints it or we chose it.
     why : str
         Where it is printed, or why we chose it.
+
+    Examples
+    --------
+    >>> find_preset("sg14-a").height_settings["altitude_sd"]
+    Constant(value=0.3, origin='printed', why='SG14 Table 1, sigma_v (Method A)')
     """
 
     value: Any
@@ -59,6 +64,14 @@ class Preset:
         Settings of the two.
     needs_imu : bool
         Whether a recording without IMU is refused.
+
+    Examples
+    --------
+    What SG14 does not print, and we had to choose:
+
+    >>> preset = find_preset("sg14-a")
+    >>> [name for name, constant in preset.constants().items() if constant.origin == "chosen"]
+    ['initial_quaternion_sd', 'initial_bias_sd']
     """
 
     name: str

@@ -50,6 +50,26 @@ def read_rest(
     -------
     Recording
         The barometer alone; if the IMU moved, the notes say so, and `identify` heeds them.
+
+    Raises
+    ------
+    UnreadableError
+        As `read`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from baroarma import identify
+    >>> from baroarma.formats import write_csv
+    >>> from baroarma.simulation import simulate
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_csv(simulate("rest", duration=120, seed=1), Path(folder) / "rest.csv")
+    ...     rest = read_rest(Path(folder) / "rest.csv")
+    >>> rest  # pressure alone
+    <Recording 'rest': 6000 rows, 119.98 s, pressure 6000 samples at 50 Hz>
+    >>> identify(rest).ok
+    True
     """
     from baroarma.identification.stillness import ImuSeconds
 
@@ -72,6 +92,13 @@ class TrackedFile:
         Least and greatest height, m.
     findings : tuple of Finding
         What to know before believing it.
+
+    Examples
+    --------
+    A day's track need not fit into memory; this is what stays of it, see `track_file`:
+
+    >>> TrackedFile("day", "baroarma", rows=4_320_000, lowest=-0.5, highest=112.0, findings=())
+    <Track of 'day' by baroarma: 4320000 rows, -0.5 to 112 m>
     """
 
     name: str

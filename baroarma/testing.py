@@ -31,7 +31,27 @@ CLOCK: Final = 1e-6
 
 
 class HeightEstimatorContract:
-    """What every height estimator keeps; override `make`."""
+    """What every height estimator keeps; override `make`.
+
+    Examples
+    --------
+    pytest calls the tests; by hand, one that keeps silent, and one that doesn't:
+
+    >>> from baroarma.estimators import height_estimator
+    >>> class TestMine(HeightEstimatorContract):
+    ...     def make(self):
+    ...         return height_estimator("complementary")
+    >>> TestMine().test_run_is_the_repetition_of_step()
+    >>> class TestLeaky(HeightEstimatorContract):
+    ...     def make(self):
+    ...         estimator = height_estimator("complementary")
+    ...         estimator.reset = lambda alignment=None: None  # forgets to forget
+    ...         return estimator
+    >>> TestLeaky().test_reset_makes_it_new()
+    Traceback (most recent call last):
+        ...
+    AssertionError...
+    """
 
     def make(self) -> HeightEstimator:
         """Return a new estimator, always with the same settings."""
@@ -126,7 +146,26 @@ class HeightEstimatorContract:
 
 
 class AttitudeEstimatorContract:
-    """What every attitude estimator keeps; override `make`."""
+    """What every attitude estimator keeps; override `make`.
+
+    Examples
+    --------
+    >>> from baroarma.estimators import attitude_estimator
+    >>> class TestMine(AttitudeEstimatorContract):
+    ...     def make(self):
+    ...         return attitude_estimator("accelerometer-norm")
+    >>> TestMine().test_up_is_a_unit_vector()
+    >>> class TestDoubled(AttitudeEstimatorContract):
+    ...     def make(self):
+    ...         estimator = attitude_estimator("accelerometer-norm")
+    ...         run = estimator.run
+    ...         estimator.run = lambda *samples, **more: run(*samples, **more)._replace(up=np.full((1, 3), 2.0))
+    ...         return estimator
+    >>> TestDoubled().test_up_is_a_unit_vector()
+    Traceback (most recent call last):
+        ...
+    AssertionError...
+    """
 
     def make(self) -> AttitudeEstimator:
         """Return a new estimator, always with the same settings."""

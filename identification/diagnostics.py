@@ -614,8 +614,8 @@ def averaging_study(
 
     Examples
     --------
-    After 16 samples' average every window looks like something else than an ARMA(1, 1); after 4, as SG13 has it,
-    none does:
+    After averages of 16 samples no window is one of Gauss-Markov plus white noise any more; after those of 4,
+    as SG13 has it, each is:
 
     >>> from baroarma import NoiseModel
     >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)

@@ -47,6 +47,17 @@ class Experiment:
         Trial -> the paper's figures for it.
     tracks : bool
         Whether trackers run in it, so that `presets` can join.
+
+    Examples
+    --------
+    A new table is a function of the trial, and what it shall be called:
+
+    >>> def toss(trial):
+    ...     return {("coin", "heads (1)"): Measurement(trial.rng("coin").integers(0, 2, 1000).mean())}
+    >>> tosses = Experiment("tosses", "Tossing a coin", ("the coin is fair",), toss, tracks=False)
+    >>> row = tosses.result([toss(Trial(0, number)) for number in range(10)]).rows[0]
+    >>> abs(row.reproduced - 0.5) < 0.02, row.trials  # four sds of the mean, sqrt(0.25/1000/10)
+    (True, 10)
     """
 
     name: str
@@ -102,6 +113,18 @@ def run_experiments(
     -------
     list of Result
         One per experiment.
+
+    Examples
+    --------
+    The same seed gives the same numbers:
+
+    >>> def toss(trial):
+    ...     return {("coin", "heads (1)"): Measurement(trial.rng("coin").integers(0, 2, 1000).mean())}
+    >>> tosses = Experiment("tosses", "Tossing a coin", ("the coin is fair",), toss, tracks=False)
+    >>> run_experiments([tosses], trials=3)[0].rows == run_experiments([tosses], trials=3)[0].rows
+    True
+    >>> run_experiments([tosses], trials=3)[0].rows == run_experiments([tosses], trials=3, seed=1)[0].rows
+    False
     """
     numbers = [Trial(seed, number, tuple(presets)) for number in range(trials)]
     tasks = [(experiment.measure, trial) for experiment in experiments for trial in numbers]

@@ -39,7 +39,21 @@ def rmse(estimate: Signal, reference: Signal | float = 0.0) -> float:
 
 
 def relative_altitude(recording: Recording) -> Signal:
-    """Return the pressure altitude minus its mean over the first second (bias capture), m, (n,)."""
+    """Return the pressure altitude minus its mean over the first second (bias capture), m, (n,).
+
+    Parameters
+    ----------
+    recording : Recording
+        At rest for the first second.
+
+    Examples
+    --------
+    >>> from baroarma.atmosphere import altitude_pressure
+    >>> t = np.arange(20) / 10
+    >>> lifted = Recording(t=t, pressure=altitude_pressure(np.where(t < 1, 200.0, 203.5)))
+    >>> relative_altitude(lifted)[[0, -1]].round(6).tolist()
+    [0.0, 3.5]
+    """
     altitude = recording.height()
     return np.asarray(altitude - np.nanmean(altitude[recording.t - recording.t[0] < REST]))
 
@@ -60,6 +74,24 @@ def with_axes_of_world(recording: Recording) -> Recording:
 
     SG14 mounted it on the rod so (Sec. 2.3.3), and its vector selection goes by axes; simulated sensors sit
     at random.  Noise and bias are the same along all axes, so turning the samples is as good as remounting.
+
+    Parameters
+    ----------
+    recording : Recording
+        With accelerometer, gyro and reference attitude.
+
+    Returns
+    -------
+    Recording
+        The same motion, the first attitude being (0, 0, 0, 1).
+
+    Examples
+    --------
+    >>> from baroarma.simulation import simulate
+    >>> mounted = simulate("rest", duration=10, seed=1)
+    >>> turned = with_axes_of_world(mounted)
+    >>> abs(mounted.accel.mean(axis=0)).round(1).tolist(), abs(turned.accel.mean(axis=0)).round(1).tolist()
+    ([8.9, 1.4, 3.8], [0.0, 0.0, 9.8])
     """
     from dataclasses import replace
 

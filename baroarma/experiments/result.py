@@ -31,6 +31,16 @@ class Row:
         Trials that had a value.
     verdict : str
         By the rule of `verdict.judge`; empty for a row that is only ours.
+
+    Examples
+    --------
+    Two trials of something that nobody published; mean and SD of 0.4 and 0.6:
+
+    >>> from baroarma.experiments import Experiment
+    >>> from baroarma.experiments.trials import Measurement
+    >>> tossed = [{("coin", "heads (1)"): Measurement(share)} for share in (0.4, 0.6)]
+    >>> Experiment("tosses", "Tossing a coin", (), measure=len).result(tossed).rows[0]
+    Row(label='coin', quantity='heads (1)', published=None, ..., reproduced=0.5, reproduced_sd=0.1414..., trials=2...)
     """
 
     label: str
@@ -57,6 +67,16 @@ class Result:
         The table.
     notes : tuple of str
         What is odd about the published numbers.
+
+    Examples
+    --------
+    >>> height = Row("Method A", "height RMSE (m)", 0.40, 0.15, 0.33, 0.10, 10, "within 1 SD")
+    >>> velocity = Row("Method A", "velocity RMSE (m/s)", 0.07, 0.01, 0.085, 0.02, 10, "within 2 SD")
+    >>> found = Result("sg14-table-2", "At rest", (), (height, velocity))
+    >>> found
+    <Result of sg14-table-2: 2 published numbers: 1 within 1 SD, 1 within 2 SD, 0 differ>
+    >>> found.to_frame()["published"].tolist()
+    [0.4, 0.07]
     """
 
     experiment: str
@@ -133,7 +153,28 @@ HEAD = ("row", "quantity", "published", "ours", "verdict")
 
 
 def tally(results: Sequence[Result]) -> str:
-    """Count the verdicts of several experiments in a sentence."""
+    """Count the verdicts of several experiments in a sentence.
+
+    Parameters
+    ----------
+    results : sequence of Result
+        Of any experiments.
+
+    Returns
+    -------
+    str
+        Numbers by their distance from the published ones, and claims (p < ...) that are met.
+
+    Examples
+    --------
+    >>> rows = [
+    ...     Row("A", "height RMSE (m)", 0.40, 0.15, 0.33, 0.10, 10, "within 1 SD"),
+    ...     Row("A", "velocity RMSE (m/s)", 0.07, 0.01, 0.20, 0.02, 10, "differs: of a reason"),
+    ...     Row("A against B", "height RMSE, Wilcoxon (p)", None, None, 0.002, None, 10, "agrees: published <0.01"),
+    ... ]
+    >>> tally([Result("mine", "Mine", (), tuple(rows))])
+    '2 published numbers: 1 within 1 SD, 0 within 2 SD, 1 differ; 1 of 1 claims met'
+    """
     judged = [row for result in results for row in result.rows if row.published is not None]
     claims = [row.verdict for result in results for row in result.rows if row.published is None]
     count = Counter("differ" if r.verdict.startswith("differs") else r.verdict for r in judged)

@@ -53,6 +53,15 @@ class Firmware:
         What to know before flashing it.
     files : tuple of (str, str)
         Names and texts.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> made = firmware("sg14-a", rate_hz=50, real="double")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     made.write(folder)
+    ...     sorted(os.listdir(folder)) == sorted(name for name, _ in made.files)
+    True
     """
 
     preset: str

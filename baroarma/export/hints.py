@@ -43,6 +43,11 @@ class Setting:
         Its unit; empty: a plain number.
     why : str
         Where it comes from.
+
+    Examples
+    --------
+    >>> print(Setting("EKF2_BARO_NOISE", 1.51, "m", "white noise of the same density at 20 Hz"))
+    EKF2_BARO_NOISE = 1.51 m: white noise of the same density at 20 Hz
     """
 
     name: str
@@ -70,6 +75,15 @@ class Hint:
         What they don't say.
     snippet : str
         To paste; empty: there is nothing to paste.
+
+    Examples
+    --------
+    >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+    >>> px4 = hints(noise)[0]
+    >>> px4.tool, px4.settings[0].name, px4.settings[0].value  # white noise of the same density at 0 Hz
+    ('PX4', 'EKF2_BARO_NOISE', 1.51)
+    >>> len(px4.limits) > 0
+    True
     """
 
     tool: str

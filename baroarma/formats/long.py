@@ -31,7 +31,34 @@ SUFFIXES: Final = (".parquet", ".csv", ".csv.gz")
 
 
 def is_long(path: StrPath, mapping: Mapping[str, str] | None = None) -> bool:
-    """Return True for a file with pressure that can be read part by part, and is worth it."""
+    r"""Return True for a file with pressure that can be read part by part, and is worth it.
+
+    Parameters
+    ----------
+    path : str or path
+        Whatever `read` takes.
+    mapping : mapping of str to str, optional
+        As for `read`.
+
+    Raises
+    ------
+    UnreadableError
+        If a large file has no header that can be read.
+
+    Examples
+    --------
+    Worth it are files of 32 MiB or more:
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = os.path.join(folder, "log.csv")
+    ...     for rows in (3, 3_000_000):
+    ...         with open(path, "w") as file:
+    ...             print("time_s,pressure_pa", *["0.02,101325"] * rows, sep="\n", file=file)
+    ...         is_long(path)
+    False
+    True
+    """
     path = os.fspath(path)
     if not (path.lower().endswith(SUFFIXES) and os.path.isfile(path) and os.path.getsize(path) >= LONG):
         return False

@@ -112,6 +112,18 @@ def plot_step_response(whitening: WhiteningFilter, ax: Axes | None = None) -> Ax
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    The whitened step ends at the DC gain:
+
+    >>> import matplotlib.pyplot as plt
+    >>> from baroarma.whitening import synthesise
+    >>> w = synthesise(tau_p=0.664286, tau_o=0.158333, rate_hz=50, unity_gain_hz=25)
+    >>> _, whitened, left = plot_step_response(w).get_lines()
+    >>> left.get_label(), round(float(whitened.get_ydata()[-1]), 2)
+    ('left in the end: 0.238 m', 0.24)
+    >>> plt.close("all")
     """
     ax = axes_or_new(ax)
     settles = 5 / (2 * np.pi * whitening.pole_hz) if whitening.pole_hz else 10 / whitening.rate_hz

@@ -114,6 +114,17 @@ def plot_comparison(comparison: Comparison) -> Figure:
     -------
     matplotlib.figure.Figure
         Three axes: height, velocity, rms errors (or the closure where there is no reference).
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> from baroarma import compare
+    >>> from baroarma.simulation import BMP085, simulate
+    >>> squats = simulate("squat", duration=10, seed=1)
+    >>> figure = plot_comparison(compare(squats, presets=("sg14-a", "baroarma"), noise=BMP085.noise))
+    >>> [ax.get_ylabel() or ax.get_xlabel() for ax in figure.axes]
+    ['height (m)', 'velocity (m/s)', 'rms error (m, m/s)']
+    >>> plt.close("all")
     """
     rows = len(comparison.rows)
     bars = 1.2 + 0.42 * rows
@@ -171,6 +182,31 @@ def plot_errors(comparison: Comparison, ax: Axes) -> Axes:
     """Draw rms errors of height and velocity per preset, or where the ride closes without a reference.
 
     A preset has the colour of its trace.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What `baroarma.compare` returned; a preset that refused has no bar.
+    ax : matplotlib.axes.Axes
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Examples
+    --------
+    The bars are as long as the errors:
+
+    >>> import matplotlib.pyplot as plt
+    >>> from baroarma import compare
+    >>> from baroarma.simulation import BMP085, simulate
+    >>> squats = simulate("squat", duration=10, seed=1)
+    >>> table = compare(squats, presets=("sg14-a", "baroarma"), noise=BMP085.noise)
+    >>> ax = plot_errors(table, plt.figure().subplots())
+    >>> [bar.get_width() for bar in ax.patches[:2]] == [row.errors.height_rmse for row in table.rows]
+    True
+    >>> plt.close("all")
     """
     rows = [(row, one_of_many(i)["color"]) for i, row in enumerate(comparison.rows) if row.errors is not None]
     known = bool(rows) and all(row.errors.height_rmse is not None for row, _ in rows if row.errors)

@@ -146,6 +146,18 @@ def plot_model_allan(model: NoiseModel, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> from baroarma import NoiseModel
+    >>> ax = plot_model_allan(NoiseModel(0.27, 0.75, 0.46, rate_hz=50))
+    >>> [line.get_label() for line in ax.get_lines()]
+    ['model', 'white', 'Gauss-Markov']
+    >>> tau, white = ax.get_lines()[1].get_data()
+    >>> round(float(white[0] * tau[0] ** 0.5 / (white[-1] * tau[-1] ** 0.5)), 9)  # it falls as tau^-1/2
+    1.0
+    >>> plt.close("all")
     """
     ax = axes_or_new(ax)
     tau = np.geomspace(1 / model.rate_hz, max(1e4 / model.rate_hz, 100 * model.correlation_time), 200)

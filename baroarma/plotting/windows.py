@@ -99,6 +99,20 @@ def plot_averaging(study: AveragingStudy, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    Averages of four halve the white noise, and the dashed theory with it:
+
+    >>> import matplotlib.pyplot as plt
+    >>> from baroarma import NoiseModel
+    >>> from baroarma.identification.diagnostics import averaging_study
+    >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+    >>> study = averaging_study(np.arange(15000) / 50, noise.simulate(15000, 1), averages=(1, 4))
+    >>> theory = plot_averaging(study).get_lines()[3]
+    >>> theory.get_label(), round(float(theory.get_ydata()[0] / theory.get_ydata()[1]), 9)
+    ('white by 1/√M', 2.0)
+    >>> plt.close("all")
     """
     ax = axes_or_new(ax)
     length = [row.average for row in study.rows]

@@ -148,6 +148,21 @@ def check_options(motion: str, options: Mapping[str, Any]) -> None:
     ------
     ValueError
         If the motion or an option is unknown, or a value can't be; the message lists those there are.
+
+    Parameters
+    ----------
+    motion : str
+        One of `MOTIONS`.
+    options : mapping of str to object
+        What the user gave.
+
+    Examples
+    --------
+    >>> check_options("circle", {"frequency_hz": 1.25})
+    >>> check_options("circle", {"hertz": 1.25})
+    Traceback (most recent call last):
+        ...
+    ValueError: motion 'circle' has no option 'hertz'; ...
     """
     known = options_of(motion)
     for name, value in options.items():

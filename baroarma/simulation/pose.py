@@ -64,6 +64,17 @@ class Truth:
         Quaternions sensor to world, scalar last.
     force, rate : ndarray, shape (n, 3)
         Specific force (m/s²) and angular rate (rad/s) in the sensor's axes.
+
+    Examples
+    --------
+    What is felt, turned into the world's axes, is the acceleration and gravity:
+
+    >>> from scipy.spatial.transform import Rotation
+    >>> from baroarma.simulation import move
+    >>> truth = move("squat", np.arange(500) / 50, np.random.default_rng(1))
+    >>> vertical = Rotation.from_quat(truth.attitude).apply(truth.force)[:, 2]
+    >>> bool(np.allclose(vertical, truth.acceleration + STANDARD_GRAVITY))
+    True
     """
 
     t: Signal

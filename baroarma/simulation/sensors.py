@@ -42,6 +42,15 @@ class Barometer:
         What a faster log has between two samples: the last one again, or NaN.
     clock : Clock
         Its clock against the log's.
+
+    Examples
+    --------
+    One whose only flaw is its resolution of 10 Pa, that is 0.83 m:
+
+    >>> coarse = Barometer(NoiseModel(0, 0, 0, rate_hz=50), quantum=10.0)
+    >>> t = np.arange(3.0)
+    >>> coarse.sample(lambda true: 0.83 * true, t, np.random.default_rng(1)).tolist()  # from 101325 Pa
+    [101320.0, 101320.0, 101310.0]
     """
 
     noise: NoiseModel
@@ -93,6 +102,14 @@ class Triad:
         Cut-off of the low-pass filter before sampling; None: no filter.
     order : int
         Order of that filter (Butterworth), 1 or 2.
+
+    Examples
+    --------
+    A range of ±16 with a resolution of a half:
+
+    >>> axes = Triad(limit=16.0, quantum=0.5)
+    >>> axes.imperfect(np.array([[20.0, -17.0, 0.6]]), np.zeros(1), np.random.default_rng(1)).tolist()
+    [[16.0, -16.0, 0.5]]
     """
 
     scale_sd: float = 0.0
@@ -131,6 +148,22 @@ class Imu:
         What a faster log has between two samples: the last one again, or NaN.
     clock : Clock
         Its clock against the log's.
+
+    Examples
+    --------
+    The mean of a rest is gravity, which a device that lies level feels upwards, and a bias; its sd is the noise:
+
+    >>> from baroarma.atmosphere import STANDARD_GRAVITY
+    >>> def level(true):
+    ...     up, still = np.tile([0.0, 0.0, STANDARD_GRAVITY], (len(true), 1)), np.zeros((len(true), 3))
+    ...     quaternions = np.tile([0.0, 0.0, 0.0, 1.0], (len(true), 1))
+    ...     return Truth(true, *still.T, quaternions, up, still)
+    >>> imu = Imu(accel_sd=0.02, gyro_sd=0.001, accel_bias_sd=0.0, gyro_bias_sd=0.01)
+    >>> accel, gyro = imu.sample(level, np.arange(5000) / 50, np.random.default_rng(1))
+    >>> abs(accel.mean(axis=0)).round(2).tolist(), accel.std(axis=0).round(3).tolist()
+    ([0.0, 0.0, 9.81], [0.02, 0.02, 0.02])
+    >>> bool((abs(gyro.mean(axis=0)) > 5 * 0.001 / 5000**0.5).all())  # a bias, no noise
+    True
     """
 
     accel_sd: float

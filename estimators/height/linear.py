@@ -72,7 +72,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
 
     Examples
     --------
-    Three matrices make a filter that steps, runs and smooths, such as one whose accelerometer is off by a bias:
+    Three matrices make a filter that steps, runs and smooths; here one that knows of a constant bias:
 
     >>> class Biased(LinearHeight):
     ...     def __init__(self):
