@@ -76,7 +76,7 @@ class Climbs:
     Of four climbs at 5 cm/s the last was taken for rest to the end:
 
     >>> inf = float("inf")
-    >>> climbs = Climbs(0.05, seconds=(2.0, 3.0, 4.0, inf), lost=(0.1, 0.15, 0.2, 3.0), left=(0.0, 0.0, 0.1, -3.0))
+    >>> climbs = Climbs(0.05, (2.0, 3.0, 4.0, inf), lost=(0.1, 0.15, 0.2, 3.0), left=(0.0, 0.0, 0.1, -3.0))
     >>> climbs.recognised
     0.75
     >>> climbs

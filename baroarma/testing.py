@@ -159,7 +159,7 @@ class AttitudeEstimatorContract:
     ...     def make(self):
     ...         estimator = attitude_estimator("accelerometer-norm")
     ...         run = estimator.run
-    ...         estimator.run = lambda *samples, **more: run(*samples, **more)._replace(up=np.full((1, 3), 2.0))
+    ...         estimator.run = lambda *samples, **more: run(*samples, **more)._replace(up=2 * np.eye(3))
     ...         return estimator
     >>> TestDoubled().test_up_is_a_unit_vector()
     Traceback (most recent call last):

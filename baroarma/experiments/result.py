@@ -40,7 +40,7 @@ class Row:
     >>> from baroarma.experiments.trials import Measurement
     >>> tossed = [{("coin", "heads (1)"): Measurement(share)} for share in (0.4, 0.6)]
     >>> Experiment("tosses", "Tossing a coin", (), measure=len).result(tossed).rows[0]
-    Row(label='coin', quantity='heads (1)', published=None, ..., reproduced=0.5, reproduced_sd=0.1414..., trials=2...)
+    Row(label='coin', ..., published=None, ..., reproduced=0.5, reproduced_sd=0.1414..., trials=2, verdict='')
     """
 
     label: str
@@ -170,7 +170,7 @@ def tally(results: Sequence[Result]) -> str:
     >>> rows = [
     ...     Row("A", "height RMSE (m)", 0.40, 0.15, 0.33, 0.10, 10, "within 1 SD"),
     ...     Row("A", "velocity RMSE (m/s)", 0.07, 0.01, 0.20, 0.02, 10, "differs: of a reason"),
-    ...     Row("A against B", "height RMSE, Wilcoxon (p)", None, None, 0.002, None, 10, "agrees: published <0.01"),
+    ...     Row("A against B", "height RMSE (p)", None, None, 0.002, None, 10, "agrees: published <0.01"),
     ... ]
     >>> tally([Result("mine", "Mine", (), tuple(rows))])
     '2 published numbers: 1 within 1 SD, 0 within 2 SD, 1 differ; 1 of 1 claims met'

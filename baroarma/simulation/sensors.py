@@ -151,7 +151,7 @@ class Imu:
 
     Examples
     --------
-    The mean of a rest is gravity, which a device that lies level feels upwards, and a bias; its sd is the noise:
+    What a device that lies level feels of gravity, with noise; what its gyro says, with bias, too:
 
     >>> from baroarma.atmosphere import STANDARD_GRAVITY
     >>> def level(true):
