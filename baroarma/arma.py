@@ -209,6 +209,16 @@ class ArmaModel:
     def split(self, how: Split = "exact") -> Components:
         """Split an ARMA(1,1) into Gauss-Markov and white noise at this interval (module docstring).
 
+        Parameters
+        ----------
+        how : {"exact", "bilinear"}
+            By matched autocovariances, or as SG13 does.
+
+        Returns
+        -------
+        Components
+            sds in the unit of y, the correlation time in s.
+
         Raises
         ------
         ValueError

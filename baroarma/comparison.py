@@ -222,6 +222,11 @@ def compare(
         With a row per preset and one per track, which says how near it is to the nearest preset, and a
         finding when the reference seems to be late by another lag.
 
+    Raises
+    ------
+    ValueError
+        For an unknown preset or none, and for a track of another recording's times.
+
     Examples
     --------
     >>> from baroarma.simulation import BMP085, simulate

@@ -147,7 +147,14 @@ class NoiseModel:
 
     @property
     def white_density(self) -> float:
-        """Two-sided spectral density of the white component, m²/Hz: sigma_u²/rate, the same at any rate."""
+        """Two-sided spectral density of the white component, m²/Hz: sigma_u²/rate, the same at any rate.
+
+        Examples
+        --------
+        >>> noise = NoiseModel(0, 0, white_sd=0.5, rate_hz=50)
+        >>> noise.white_density, round(noise.at_rate(12.5).white_density, 9)
+        (0.005, 0.005)
+        """
         return self.white_sd**2 / self.rate_hz
 
     def at_rate(self, rate_hz: float) -> NoiseModel:
@@ -156,6 +163,24 @@ class NoiseModel:
         This is the noise of a sensor that integrates over its sampling interval (or is averaged down to
         it).  Picking every n-th raw sample without averaging keeps `white_sd` instead; then use
         `dataclasses.replace(noise, rate_hz=...)`.
+
+        Parameters
+        ----------
+        rate_hz : float
+            The other rate, Hz.
+
+        Raises
+        ------
+        ValueError
+            If the rate is no positive number.
+
+        Examples
+        --------
+        Averages of four samples have half the white noise; the rest is as slow as it was:
+
+        >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+        >>> noise.at_rate(12.5)
+        <NoiseModel at 12.5 Hz: white 0.23 m, Gauss-Markov 0.27 m / 0.75 s, no drift>
         """
         if not (math.isfinite(rate_hz) and rate_hz > 0):
             raise ValueError(f"the rate must be a positive number of Hz, but it is {rate_hz:g}")
@@ -188,6 +213,11 @@ class NoiseModel:
 
         The drift is not stationary and not in it.  White density is kept, as in `at_rate`.
 
+        Raises
+        ------
+        ValueError
+            If `dt` is no positive number.
+
         Examples
         --------
         >>> NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50).arma(0.02)
@@ -203,7 +233,21 @@ class NoiseModel:
         )
 
     def autocovariance(self, lag: ArrayLike) -> NDArray[np.float64]:
-        """Return the autocovariance of the stationary part at lags in s, m²; white noise is at lag 0."""
+        """Return the autocovariance of the stationary part at lags in s, m²; white noise is at lag 0.
+
+        Parameters
+        ----------
+        lag : array_like
+            Lags in s, of either sign.
+
+        Examples
+        --------
+        0.5² + 0.3² at lag 0, then 0.3² exp(-lag/2 s):
+
+        >>> noise = NoiseModel(correlated_sd=0.3, correlation_time=2.0, white_sd=0.5, rate_hz=50)
+        >>> noise.autocovariance([0.0, 2 * math.log(2)]).round(6).tolist()
+        [0.34, 0.045]
+        """
         distance = np.abs(np.asarray(lag, float))
         correlated = np.zeros(distance.shape)
         if self.has_gauss_markov:
@@ -223,6 +267,13 @@ class NoiseModel:
         ndarray
             Density of the sampled process (aliasing included); its integral from 0 to Nyquist is the
             variance when there is no drift.
+
+        Examples
+        --------
+        >>> noise = NoiseModel(correlated_sd=0.3, correlation_time=2.0, white_sd=0.5, rate_hz=10)
+        >>> frequency = np.linspace(0, 5, 2001)
+        >>> round(float(np.trapezoid(noise.psd(frequency), frequency)), 4)  # 0.3² + 0.5²
+        0.34
         """
         dt = 1 / self.rate_hz
         x = 2 * np.pi * np.asarray(frequency_hz, float) * dt
@@ -241,6 +292,20 @@ class NoiseModel:
 
         White noise falls as tau^-1/2, drift grows as tau^1/2, Gauss-Markov noise has its hump near
         1.9 correlation times.  The continuous-time formulas hold for tau of several sampling intervals.
+
+        Parameters
+        ----------
+        tau : array_like
+            Averaging times, s.
+
+        Examples
+        --------
+        White noise of 0.5 m at 50 Hz, averaged over 50 samples and over 200; drift over 3 s and over 12 s:
+
+        >>> NoiseModel(0, 0, white_sd=0.5, rate_hz=50).allan_deviation([1.0, 4.0]).round(4).tolist()
+        [0.0707, 0.0354]
+        >>> NoiseModel(0, 0, 0, drift_rate=0.01, rate_hz=50).allan_deviation([3.0, 12.0]).round(9).tolist()
+        [0.01, 0.02]
         """
         tau = np.asarray(tau, float)
         variance = self.white_density / tau + self.drift_rate**2 * tau / 3
@@ -345,15 +410,45 @@ class NoiseModel:
     def from_dict(cls, data: dict[str, Any]) -> NoiseModel:
         """Build a model from the documented JSON object.
 
+        Parameters
+        ----------
+        data : dict
+            What `to_dict` gives, or ``json.load`` of a noise file.
+
         Raises
         ------
         ValueError
             If the format, the version or a key is not as documented; the message names it.
+
+        Examples
+        --------
+        >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+        >>> NoiseModel.from_dict(json.loads(json.dumps(noise.to_dict()))) == noise
+        True
+        >>> NoiseModel.from_dict({**noise.to_dict(), "version": 2})
+        Traceback (most recent call last):
+            ...
+        ValueError: ...
         """
         return cls(**model_fields(data, dict(zip(JSON_KEYS, PARAMETERS, strict=True))))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the model as JSON, complete or not at all; floats read back exactly."""
+        """Write the model as JSON, complete or not at all; floats read back exactly.
+
+        Parameters
+        ----------
+        path : str or path
+            Where to; a file that is there is replaced.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=1 / 3, rate_hz=50)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     noise.save(os.path.join(folder, "noise.json"))
+        ...     NoiseModel.load(os.path.join(folder, "noise.json")) == noise
+        True
+        """
         text = json.dumps(self.to_dict(), indent=2, allow_nan=False) + "\n"
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
@@ -361,6 +456,11 @@ class NoiseModel:
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> NoiseModel:
         """Read a model that `save` wrote.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
 
         Raises
         ------

@@ -106,12 +106,33 @@ class Recording:
 
     @property
     def is_new(self) -> NDArray[np.bool_]:
-        """True where the barometer has a new sample, shape (n,)."""
+        """True where the barometer has a new sample, shape (n,).
+
+        Examples
+        --------
+        >>> held = Recording(t=[0.0, 0.02, 0.04], pressure=[101325.0, float("nan"), 101320.0])
+        >>> held.is_new.tolist()
+        [True, False, True]
+        """
         return np.isfinite(self.pressure)
 
     @property
     def rate_hz(self) -> float:
-        """The barometer's own rate in Hz: one over the median interval between new samples."""
+        """The barometer's own rate in Hz: one over the median interval between new samples.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer than 2 samples.
+
+        Examples
+        --------
+        A barometer of 25 Hz in a log of 50:
+
+        >>> held = Recording(t=[0.0, 0.02, 0.04], pressure=[101325.0, float("nan"), 101320.0])
+        >>> round(held.rate_hz, 6)
+        25.0
+        """
         t = self.t[self.is_new]
         if len(t) < 2:
             raise ValueError(f"{len(t)} pressure samples have no rate; at least 2 are needed")
@@ -130,6 +151,16 @@ class Recording:
         -------
         ndarray, shape (n,)
             Height in m above the ISA's sea level, NaN where there is no new sample.
+
+        Examples
+        --------
+        Air of 33 °C is 18 K warmer than the ISA's 288.15 K at sea level: heights stretch by a sixteenth.
+
+        >>> log = Recording(t=[0.0, 1.0, 2.0], pressure=[101335.0, 101325.0, 101315.0])
+        >>> log.height().round(2).tolist()
+        [-0.83, 0.0, 0.83]
+        >>> round(float(np.ptp(log.height(temperature=33.0)) / np.ptp(log.height())), 4)
+        1.0625
         """
         height = pressure_altitude(self.pressure)
         if temperature is None or not self.is_new.any():
@@ -153,6 +184,17 @@ class Recording:
         -------
         Recording
             With the pressure that would have been read in constant weather, and notes about clock and noise.
+
+        Examples
+        --------
+        Two barometers see the weather rise by 10 Pa; one of them is carried up by 8.33 m, 100 Pa, meanwhile:
+
+        >>> t = np.arange(0.0, 120.0, 0.1)
+        >>> weather = 101325 + t / 12
+        >>> still, carried = Recording(t=t, pressure=weather), Recording(t=t, pressure=weather - t / 1.2)
+        >>> height = carried.relative_to(still, lag=0.0).height()
+        >>> round(float(height[-1] - height[0]), 1)
+        8.3
         """
         from baroarma.differential import relative_to
 
@@ -170,7 +212,19 @@ class Recording:
         return self.rows((self.t >= start) & (self.t < stop))
 
     def rows(self, which: NDArray[Any] | slice) -> Recording:
-        """Return a recording of the chosen rows (a mask, indices or a slice)."""
+        """Return a recording of the chosen rows (a mask, indices or a slice).
+
+        Parameters
+        ----------
+        which : ndarray or slice
+            A mask (n,), indices or a slice; what comes out must be in order of time.
+
+        Examples
+        --------
+        >>> log = Recording(t=[0.0, 0.02, 0.04], pressure=[101325.0, float("nan"), 101320.0])
+        >>> log.rows(log.is_new).t.tolist(), log.rows(slice(1)).t.tolist()
+        ([0.0, 0.04], [0.0])
+        """
         chosen = {
             f.name: getattr(self, f.name)[which]
             for f in fields(self)[:8]
@@ -201,7 +255,14 @@ class Recording:
         return tables(Table(head, tuple(signal_rows(self)), caption), *about(self.notes))
 
     def to_frame(self) -> pd.DataFrame:
-        """Return a pandas DataFrame with the columns of a recording's file, a row per time."""
+        """Return a pandas DataFrame with the columns of a recording's file, a row per time.
+
+        Examples
+        --------
+        >>> log = Recording(t=[0.0, 0.02], pressure=[101325.0, 101320.0], accel=[[0, 0, 9.8]] * 2)
+        >>> list(log.to_frame().columns)
+        ['time_s', 'pressure_pa', 'acc_x_m_s2', 'acc_y_m_s2', 'acc_z_m_s2']
+        """
         import pandas as pd
 
         from baroarma.formats.columns import COLUMNS, WRITTEN
@@ -217,7 +278,20 @@ class Recording:
         return dataset(self, findings=[str(note) for note in self.notes])
 
     def noting(self, *findings: Finding) -> Recording:
-        """Return the recording with further notes; the signals are shared."""
+        """Return the recording with further notes; the signals are shared.
+
+        Parameters
+        ----------
+        *findings : Finding
+            They come after those there are.
+
+        Examples
+        --------
+        >>> log = Recording(t=[0.0, 0.02], pressure=[101325.0, 101320.0])
+        >>> seen = log.noting(Finding("windy", "info", "The window was open."))
+        >>> [note.code for note in seen.notes], log.notes
+        (['windy'], ())
+        """
         other = copy(self)
         object.__setattr__(other, "notes", (*self.notes, *findings))
         return other

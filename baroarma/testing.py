@@ -54,7 +54,13 @@ class HeightEstimatorContract:
     """
 
     def make(self) -> HeightEstimator:
-        """Return a new estimator, always with the same settings."""
+        """Return a new estimator, always with the same settings.
+
+        Raises
+        ------
+        NotImplementedError
+            Unless it is overridden.
+        """
         raise NotImplementedError("override make() and return a new height estimator")
 
     def test_run_is_the_repetition_of_step(self) -> None:
@@ -168,7 +174,13 @@ class AttitudeEstimatorContract:
     """
 
     def make(self) -> AttitudeEstimator:
-        """Return a new estimator, always with the same settings."""
+        """Return a new estimator, always with the same settings.
+
+        Raises
+        ------
+        NotImplementedError
+            Unless it is overridden.
+        """
         raise NotImplementedError("override make() and return a new attitude estimator")
 
     def test_run_is_the_repetition_of_step(self) -> None:

@@ -127,7 +127,24 @@ class Track:
         return pd.DataFrame(dict(zip(COLUMNS, values, strict=False)))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write ``track.csv`` (or Parquet for ``.parquet``), complete or not at all."""
+        """Write ``track.csv`` (or Parquet for ``.parquet``), complete or not at all.
+
+        Parameters
+        ----------
+        path : str or path
+            Where to; a file that is there is replaced.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> from baroarma.comparison import read_track
+        >>> t = np.arange(5.0)
+        >>> track = Track(t, t / 3, np.full(5, 1 / 3), *np.full((2, 5), 0.1), np.zeros(5))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     track.save(os.path.join(folder, "track.csv"))
+        ...     bool((read_track(os.path.join(folder, "track.csv")).height == track.height).all())
+        True
+        """
         with replacing(path) as temporary:
             if Path(path).suffix == ".parquet":
                 self.to_frame().to_parquet(temporary, index=False)
@@ -136,7 +153,23 @@ class Track:
                     self.write_csv(file)
 
     def write_csv(self, file: TextIO, *, header: bool = True) -> None:
-        """Write the rows of ``track.csv`` into an open file; floats read back exactly."""
+        """Write the rows of ``track.csv`` into an open file; floats read back exactly.
+
+        Parameters
+        ----------
+        file : text file
+            Open for writing.
+        header : bool
+            Whether the columns' names come first; False: to go on with a file.
+
+        Examples
+        --------
+        >>> import sys
+        >>> Track([0.0, 0.5], [0.0, 1 / 3], *np.zeros((3, 2)), [0.0, 0.0]).write_csv(sys.stdout)
+        time_s,height_m,velocity_m_s,height_sd_m,velocity_sd_m_s
+        0.0,0.0,0.0,0.0,0.0
+        0.5,0.3333333333333333,0.0,0.0,0.0
+        """
         if header:
             file.write(",".join(COLUMNS) + "\n")
         columns = [getattr(self, field.name) for field in fields(self)[:5]]

@@ -100,7 +100,29 @@ class Tracker:
 
     @classmethod
     def preset(cls, name: str, *, noise: NoiseModel | None = None, **options: Any) -> Tracker:
-        """Make a tracker by the name of a preset; options as in `Tracker`."""
+        """Make a tracker by the name of a preset; options as in `Tracker`.
+
+        Parameters
+        ----------
+        name : str
+            Such as "sg14-a"; see `baroarma.presets`.
+        noise : NoiseModel, optional
+            Noise of the barometer's raw samples.
+        **options
+            Other arguments of `Tracker`.
+
+        Raises
+        ------
+        ValueError
+            As `Tracker`.
+
+        Examples
+        --------
+        SG14's Method A with a two-state Kalman filter in place of its complementary one:
+
+        >>> Tracker.preset("sg14-a", height="kalman")
+        <Tracker quaternion-ekf+average+kalman: quaternion-ekf, average, kalman; noise not given>
+        """
         return cls(noise=noise, preset=name, **options)
 
     def __repr__(self) -> str:
@@ -116,6 +138,14 @@ class Tracker:
         ------
         ValueError
             Before the tracker is aligned.
+
+        Examples
+        --------
+        >>> from baroarma.simulation import simulate
+        >>> tracker = Tracker.preset("lee16-kf")
+        >>> _ = tracker.run(simulate("squat", duration=5, seed=1))
+        >>> tracker.estimator.states, tracker.estimator.x.shape
+        (('height', 'velocity'), (2, 1))
         """
         if self._chain is None:
             raise ValueError("the tracker is not aligned yet; run it, or step it for a second")
@@ -156,6 +186,21 @@ class Tracker:
         -------
         TrackState or None
             The state now; None while aligning.
+
+        Raises
+        ------
+        ValueError
+            If the preset lacks what it needs, or works off-line only; the message says what to do.
+
+        Examples
+        --------
+        A sample of each sensor every 20 ms; while aligning there is nothing to say:
+
+        >>> tracker = Tracker.preset("sg14-a")
+        >>> at_rest = {"accel": (0.0, 0.0, 9.80665), "gyro": (0.0, 0.0, 0.0), "pressure": 101325.0}
+        >>> states = [tracker.step(dt=0.02, **at_rest) for _ in range(100)]
+        >>> states[0] is None, round(states[-1].height, 6), round(states[-1].velocity, 6)
+        (True, 0.0, 0.0)
         """
         force, rate = _vector("accel", accel), _vector("gyro", gyro)
         altitude = float(pressure_altitude(pressure))
@@ -192,6 +237,16 @@ class Tracker:
             If the recording lacks what the preset needs; the message says what.
         TypeError
             If it is no Recording.
+
+        Examples
+        --------
+        >>> from baroarma.simulation import BMP085, simulate
+        >>> stairs = simulate("stairs", duration=30, seed=1)
+        >>> track = Tracker(noise=BMP085.noise).run(stairs)
+        >>> track.height.shape == stairs.t.shape
+        True
+        >>> bool(abs(track.height[-1] - stairs.reference[-1]) < 3 * track.height_sd[-1])
+        True
         """
         if not isinstance(recording, Recording):
             raise TypeError(
@@ -310,13 +365,37 @@ class Tracker:
         return tuple(self._divergence.take(t, height - (altitude - self._chain.zero)))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the tracker with its state, to go on with `load` exactly where it stopped (a pickle)."""
+        """Write the tracker with its state, to go on with `load` exactly where it stopped (a pickle).
+
+        Parameters
+        ----------
+        path : str or path
+            Where to; a file that is there is replaced.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> from baroarma.simulation import simulate
+        >>> log, tracker = simulate("squat", duration=10, seed=1), Tracker.preset("sg14-a")
+        >>> _ = tracker.run(log.between(0, 6))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     tracker.save(os.path.join(folder, "tracker.pickle"))
+        ...     resumed = Tracker.load(os.path.join(folder, "tracker.pickle"))
+        >>> rest = log.between(6, 10)
+        >>> bool((resumed.feed(rest).height == tracker.feed(rest).height).all())
+        True
+        """
         with replacing(path) as temporary:
             temporary.write_bytes(pickle.dumps({"format": "baroarma.tracker", "version": 1, "tracker": self}))
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Tracker:
         """Read a tracker that `save` wrote.  It is a pickle: load only files that you trust.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
 
         Raises
         ------

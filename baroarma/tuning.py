@@ -137,6 +137,11 @@ def tune(
     Tuning
         Settings, and the predictions before and after.
 
+    Raises
+    ------
+    ValueError
+        If the weight is negative; and as `predict_accuracy`.
+
     Examples
     --------
     >>> tuned = tune("sg14-a", NoiseModel(0.27, 0.75, 0.46, 0.01, rate_hz=50))

@@ -72,7 +72,14 @@ class WhiteningFilter:
 
     @property
     def zero_hz(self) -> float | None:
-        """Frequency of the analogue zero, 1/(2 pi tau_p), in Hz; None when the filter is 1."""
+        """Frequency of the analogue zero, 1/(2 pi tau_p), in Hz; None when the filter is 1.
+
+        Examples
+        --------
+        >>> w = synthesise(tau_p=0.75, tau_o=0.15, rate_hz=50, unity_gain_hz=25)
+        >>> round(w.zero_hz * 2 * np.pi * 0.75, 9), round(w.pole_hz * 2 * np.pi * 0.15, 9)
+        (1.0, 1.0)
+        """
         return _analogue_hz(self.b, self.rate_hz)
 
     @property

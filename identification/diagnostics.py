@@ -80,6 +80,11 @@ def cumulative_periodogram_test(residuals: ArrayLike) -> Outcome:
     residuals : array_like, shape (n,)
         Prediction errors, any unit.
 
+    Raises
+    ------
+    ValueError
+        If there are fewer than 5 residuals, some are not finite, or all are the same.
+
     Examples
     --------
     >>> cumulative_periodogram_test(np.random.default_rng(0).normal(size=300)).p > 0.05
@@ -135,6 +140,12 @@ def ljung_box(residuals: ArrayLike, lags: int, fitted_parameters: int = 0) -> Ou
         Number of autocorrelations.  More see longer structure and have less power against short one.
     fitted_parameters : int
         p + q of the ARMA whose residuals these are; chi-square has `lags` minus that many degrees of freedom.
+
+    Raises
+    ------
+    ValueError
+        If the lags don't exceed the fitted parameters, the residuals are too few or all the same, or some are
+        not finite.
 
     Examples
     --------
@@ -429,6 +440,11 @@ def anova(groups: Sequence[ArrayLike], name: str = "coefficient") -> Outcome:
         Values per recording, each (m_i,); NaN is left out.
     name : str
         What the values are, for the sentence.
+
+    Raises
+    ------
+    ValueError
+        If there are not two recordings of two values each.
 
     Examples
     --------

@@ -128,7 +128,13 @@ class Identification:
         return new_samples(self.recording.t, self.recording.height(self.temperature))
 
     def orders(self, max_p: int = 3, max_q: int = 3) -> OrderTable:
-        """Compare ARMA orders by FPE, AIC and BIC on one conditioned window [SG13, Sec. 2.5]."""
+        """Compare ARMA orders by FPE, AIC and BIC on one conditioned window [SG13, Sec. 2.5].
+
+        Parameters
+        ----------
+        max_p, max_q : int
+            Largest orders; (max_p + 1)(max_q + 1) fits of some tenths of a second.
+        """
         conditioned = self._conditioned()
         return order_table(conditioned.windows[len(conditioned.windows) // 2], conditioned.dt, max_p, max_q)
 
@@ -138,7 +144,13 @@ class Identification:
         return stationarity(conditioned.windows, conditioned.dt)
 
     def cancellation(self) -> Outcome:
-        """Test whether zero and pole cancel behind this model's whitening filter [SG13, Sec. 2.5]."""
+        """Test whether zero and pole cancel behind this model's whitening filter [SG13, Sec. 2.5].
+
+        Raises
+        ------
+        ValueError
+            Without a Gauss-Markov component, or where no window is left.
+        """
         if self.model is None or not self.model.has_gauss_markov:
             raise ValueError(f"{self.recording.name} has no Gauss-Markov noise to whiten")
         settings = WindowSettings.for_rate(self.recording.rate_hz)
@@ -150,7 +162,19 @@ class Identification:
         return averaging_study(*self.samples())
 
     def allan(self) -> AllanDeviation:
-        """Return the Allan deviation of the height with its confidence band."""
+        """Return the Allan deviation of the height with its confidence band.
+
+        Examples
+        --------
+        The model's own formula runs through the data's band:
+
+        >>> from baroarma.simulation import simulate_rest
+        >>> found = identify(simulate_rest(duration=300, seed=1))
+        >>> data = found.allan()
+        >>> theory = found.model.allan_deviation(data.tau)
+        >>> bool(((data.low < theory) & (theory < data.high))[2:].all())  # from some intervals on
+        True
+        """
         from baroarma.identification.allan import allan_deviation
 
         return allan_deviation(*self.samples())

@@ -132,6 +132,16 @@ class WindowsResult:
         -------
         tuple of float
             Of a and of b; infinite where a = b.
+
+        Examples
+        --------
+        They are as the roots of 1 - a² and 1 - b²:
+
+        >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+        >>> found = identify_windows(np.arange(15000) / 50, noise.simulate(15000, 1))
+        >>> (sd_a, sd_b), a, b = found.eq16_sd(), found.table["a"].mean, found.table["b"].mean
+        >>> round((sd_a / sd_b) ** 2 * (1 - b**2) / (1 - a**2), 9)
+        1.0
         """
         a, b = self.table["a"].mean, self.table["b"].mean
         if a == b:  # they cancel: (a, b) is not determined
@@ -150,6 +160,7 @@ class WindowsResult:
 
         When no window supports a Gauss-Markov component, the model is white noise of the total sd, and the
         intervals of the missing component reach up to the total sd and to the length of a window.
+
         """
         values, ci95 = self._components() if self.fits.inside.any() else self._only_white()
         root = math.sqrt(self.settings.average)

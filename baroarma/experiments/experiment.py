@@ -69,7 +69,18 @@ class Experiment:
     tracks: bool = True
 
     def result(self, found: Sequence[Measured]) -> Result:
-        """Put what the trials measured beside the published numbers."""
+        """Put what the trials measured beside the published numbers.
+
+        Parameters
+        ----------
+        found : sequence of dict of (str, str) to Measurement
+            Of each trial, by label and quantity.
+
+        Raises
+        ------
+        KeyError
+            If a published number was not measured.
+        """
         averages = {key: _typical(key)([m[key] for m in found if key in m]) for key in _keys(found)}
         averages |= {key: Average(_number(p), None, len(found)) for key, p in self.test(found).items()}
         numbers = published_in(self.name)

@@ -30,6 +30,13 @@ steps of a coarse one."""
 def rmse(estimate: Signal, reference: Signal | float = 0.0) -> float:
     """Return the root mean square error [SG14, Eq. 28].
 
+    Parameters
+    ----------
+    estimate : ndarray, shape (n,)
+        Any unit.
+    reference : ndarray, shape (n,), or float
+        What it should be, in the same unit.
+
     Examples
     --------
     >>> rmse(np.array([3.0, -3.0, 3.0]))

@@ -24,6 +24,11 @@ def render(whitening: WhiteningFilter, form: str) -> str:
         coefficients have the opposite sign); ``q15`` and ``q31``: a C99 function in fixed point, with the
         response of the rounded coefficients (`baroarma.export.fixed_point`).
 
+    Raises
+    ------
+    ValueError
+        For another form, or a filter that fixed point can't hold.
+
     Examples
     --------
     >>> from baroarma.whitening import synthesise

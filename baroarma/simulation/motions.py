@@ -113,6 +113,22 @@ def mount(motion: str, rng: np.random.Generator, **options: Any) -> MountedMotio
 def move(motion: str, t: Signal, rng: np.random.Generator, **options: Any) -> Truth:
     """Return the true motion, at times t (n,) in s, of a sensor mounted at random; see `mount`.
 
+    Parameters
+    ----------
+    motion : str
+        One of `MOTIONS`.
+    t : ndarray, shape (n,)
+        s.
+    rng : numpy.random.Generator
+        For the mounting.
+    **options
+        Of the motion; see `options_of`.
+
+    Raises
+    ------
+    ValueError
+        As `check_options`.
+
     Examples
     --------
     >>> truth = move("circle", np.array([0.0, 100.0]), np.random.default_rng(1), frequency_hz=1.25)

@@ -121,7 +121,17 @@ class Triad:
     order: int = 2
 
     def imperfect(self, signal: Signal, stamps: Signal, rng: np.random.Generator) -> Signal:
-        """Return a signal (n, 3), white noise and bias already in it, with the other errors."""
+        """Return a signal (n, 3), white noise and bias already in it, with the other errors.
+
+        Parameters
+        ----------
+        signal : ndarray, shape (n, 3)
+            In the sensor's axes.
+        stamps : ndarray, shape (n,)
+            When it was sampled, s.
+        rng : numpy.random.Generator
+            For scale errors and drift.
+        """
         if self.scale_sd:
             signal = signal * (1 + self.scale_sd * rng.normal(size=3))
         if self.drift_sd:

@@ -116,7 +116,17 @@ class QuaternionEkf(AttitudeEstimator, ExtendedKalmanFilter):
     def step_by_filterpy(
         self, *, dt: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
     ) -> AttitudeState:
-        """Do what `step` does, by filterpy's own `predict` and `update`: the compiled loop's reference."""
+        """Do what `step` does, by filterpy's own `predict` and `update`: the compiled loop's reference.
+
+        Examples
+        --------
+        >>> force, rate = np.array([0.1, 0.2, 9.8]), np.array([0.01, 0.0, 0.02])
+        >>> compiled, reference = QuaternionEkf(), QuaternionEkf()
+        >>> a = [compiled.step(dt=0.02, accel=force, gyro=rate).acceleration for _ in range(3)]
+        >>> b = [reference.step_by_filterpy(dt=0.02, accel=force, gyro=rate).acceleration for _ in range(3)]
+        >>> bool(np.allclose(a, b, rtol=0, atol=1e-12))
+        True
+        """
         s, dt = self.settings, dt if self._started else 0.0
         accel, gyro = kernels.as_array(accel), kernels.as_array(gyro)
         self.held[:] = kernels.forget_rate(self.held, dt)

@@ -196,7 +196,17 @@ class ColouredKalman(LinearHeight):
         return self._given
 
     def transition(self, dt: float | Signal) -> Signal:
-        """Return F for an interval in s."""
+        """Return F for an interval in s.
+
+        Examples
+        --------
+        Height and velocity move, less the accelerometer's bias; Gauss-Markov noise is forgotten:
+
+        >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+        >>> F = ColouredKalman(noise=noise, dt=0.02).transition(0.75)
+        >>> np.diag(F).round(4).tolist(), F[0, :3].round(5).tolist()
+        ([1.0, 1.0, 1.0, 1.0, 0.3679], [1.0, 0.75, -0.28125])
+        """
         altimeter = noise_states(self.noise, dt, offset_sd=self.offset_sd)
         motion = motion_transition(dt, bias=True)
         if self.barometer_lag:
@@ -245,7 +255,13 @@ class ColouredKalman(LinearHeight):
         super().reset(alignment)
 
     def look_back(self, t: Signal, altitude: Signal, *, dt: float) -> None:
-        """Learn the barometer's offset from the rest before the first row, if rests are believed."""
+        """Learn the barometer's offset from the rest before the first row, if rests are believed.
+
+        Parameters
+        ----------
+        t, altitude, dt
+            As in `HeightEstimator.look_back`.
+        """
         if not self.confirm_rest:
             return
         t, altitude = np.append(t, t[-1] + dt), np.append(altitude, np.nan)
@@ -261,7 +277,29 @@ class ColouredKalman(LinearHeight):
         at_rest: NDArray[np.bool_] | None = None,
         up: Signal | None = None,
     ) -> Decisions:
-        """Like `run`, but return what is decided at each row: rests, outliers, floors, jumps, the odds."""
+        """Like `run`, but return what is decided at each row: rests, outliers, floors, jumps, the odds.
+
+        Parameters
+        ----------
+        t, altitude, acceleration, acceleration_sd, at_rest, up
+            As in `run`.
+
+        Returns
+        -------
+        Decisions
+            Each of shape (n,).
+
+        Examples
+        --------
+        One altitude of two hundred is wild:
+
+        >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
+        >>> altitude = noise.simulate(200, 1)
+        >>> altitude[150] += 50.0
+        >>> kf = ColouredKalman(noise=noise, dt=0.02)
+        >>> np.flatnonzero(kf.decide(np.arange(200) / 50, altitude, np.zeros(200)).bits & REJECTED).tolist()
+        [150]
+        """
         rows = self._rows(steps_of(t), altitude, acceleration, acceleration_sd, at_rest, up)
         return self._weigh(rows)[1]
 

@@ -120,7 +120,17 @@ class DifferencedKalman(LinearHeight):
         return np.diag([*sds, *white, 0.0]) ** 2
 
     def differences(self, gap: Signal) -> tuple[Signal, Signal]:
-        """Return H (n, m) and R (n,) of the difference to a sample `gap` s ago (n,); infinity: none."""
+        """Return H (n, m) and R (n,) of the difference to a sample `gap` s ago (n,); infinity: none.
+
+        Examples
+        --------
+        After tau log 2 half of the last noise is left, after a long time none:
+
+        >>> gm = NoiseModel(correlated_sd=0.3, correlation_time=1.0, white_sd=0.0, rate_hz=50)
+        >>> H, R = DifferencedKalman(noise=gm, dt=0.02).differences(np.array([math.log(2), math.inf]))
+        >>> abs(H[:, -1]).round(9).tolist(), R.round(9).tolist()  # 0.09 (1 - 1/4), 0.09
+        ([0.5, 0.0], [0.0675, 0.09])
+        """
         phi = self._phi(gap)
         H = np.tile(self._signal(), (len(gap), 1))
         H[:, -1] = -phi

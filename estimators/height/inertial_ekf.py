@@ -136,7 +136,13 @@ class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
         at_rest: bool = False,
         up: Signal | None = None,
     ) -> HeightState:
-        """Take one sample of the IMU and the barometer; see `HeightEstimator.step`."""
+        """Take one sample of the IMU and the barometer; see `HeightEstimator.step`.
+
+        Raises
+        ------
+        ValueError
+            Without accelerometer and gyro.
+        """
         if accel is None or gyro is None:
             raise ValueError("'inertial-ekf' needs the IMU itself: pass accel= in m/s² and gyro= in rad/s")
         if self._started:

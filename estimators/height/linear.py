@@ -138,7 +138,14 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         """Return P at the start, (m, m)."""
 
     def input_matrix(self, dt: float | Signal) -> Signal:
-        """Return B for an interval in s, (..., m, 1): a held acceleration moves height and velocity."""
+        """Return B for an interval in s, (..., m, 1): a held acceleration moves height and velocity.
+
+        Examples
+        --------
+        >>> from baroarma.estimators.height.kalman import Kalman
+        >>> Kalman(dt=0.1).input_matrix(0.1).round(6).tolist()
+        [[0.005], [0.1]]
+        """
         dt = np.asarray(dt, float)
         B = np.zeros((*dt.shape, self.dim_x, 1))
         B[..., 0, 0], B[..., 1, 0] = dt**2 / 2, dt
