@@ -220,7 +220,13 @@ class WhiteningStream:
         self.delay = delay[::-1]
 
     def step(self, x: float) -> float:
-        """Return the filtered value of one sample; NaN (no sample) gives NaN and changes nothing."""
+        """Return the filtered value of one sample; NaN (no sample) gives NaN and changes nothing.
+
+        Parameters
+        ----------
+        x : float
+            In the signal's unit.
+        """
         if math.isnan(x):
             return x
         if self.delay is None:

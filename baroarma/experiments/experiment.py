@@ -24,7 +24,13 @@ from baroarma.experiments.verdict import judge
 
 
 def no_tests(found: Sequence[Measured]) -> Mapping[Key, float]:
-    """Test nothing."""
+    """Test nothing: what an `Experiment` without tests of its own does.
+
+    Parameters
+    ----------
+    found : sequence of dict of (str, str) to Measurement
+        What the trials measured, of which nothing is taken.
+    """
     return {}
 
 

@@ -135,7 +135,13 @@ class Result:
         return rows, reasons
 
     def summary(self, width: int = 110) -> str:
-        """Return assumptions, table, reasons and notes as text."""
+        """Return assumptions, table, reasons and notes as text.
+
+        Parameters
+        ----------
+        width : int
+            Where lines of prose are wrapped, characters.
+        """
         rows, reasons = self.cells()
         widths = [max(map(len, column)) for column in zip(HEAD, *rows, strict=True)]
         lines = [f"{self.experiment}: {self.title}", f"  {self.tally()}"]

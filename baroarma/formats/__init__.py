@@ -66,6 +66,8 @@ def read(*paths: StrPath, mapping: Mapping[str, str] | None = None, name: str | 
     ------
     UnreadableError
         If a file can't be understood; one sentence with file, line, value and what to do.
+    ValueError
+        Without a file.
 
     Examples
     --------

@@ -141,6 +141,19 @@ def plot_traces(comparison: Comparison, ax: Axes, quantity: Quantity) -> Axes:
 
     Heights are zeroed as for the errors: over the reference's first second, or the recording's without one.
 
+    Parameters
+    ----------
+    comparison : Comparison
+        What `baroarma.compare` returned; a preset that refused has no trace.
+    ax : matplotlib.axes.Axes
+        Where to draw.
+    quantity : {"height", "velocity"}
+        In m, or in m/s.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
     Examples
     --------
     >>> import matplotlib.pyplot as plt

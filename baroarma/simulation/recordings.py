@@ -79,6 +79,18 @@ def simulate(
 def simulate_rest(duration: float = 600.0, **options: Any) -> Recording:
     """Simulate a rest recording without IMU; options as in `simulate`.
 
+    Parameters
+    ----------
+    duration : float
+        Length, s.  Longer: slower noise can be identified.
+    **options
+        Of `simulate`.
+
+    Returns
+    -------
+    Recording
+        With `reference`, which is 0; with an IMU only where `imu` says so.
+
     Examples
     --------
     >>> simulate_rest(10, seed=1)

@@ -210,7 +210,15 @@ class InertialEkf(ExtendedKalmanFilter, HeightEstimator):
         self._settle()
 
     def transition(self, imu: Signal, dt: float) -> tuple[Signal, Signal]:
-        """Return F and Q, both (15, 15), at the present state for imu = [accel, gyro], (6,)."""
+        """Return F and Q, both (15, 15), at the present state for imu = [accel, gyro], (6,).
+
+        Parameters
+        ----------
+        imu : ndarray, shape (6,)
+            Specific force in m/s², angular rate in rad/s.
+        dt : float
+            Interval, s.
+        """
         F, of_acceleration, of_rate = model.jacobian(self.x[:, 0], imu[:3], self._rate(imu), dt)
         Q = np.diag(self.walks**2 * dt) + self.gyro_noise_sd**2 * of_rate @ of_rate.T
         return F, Q + self.accel_noise_sd**2 * np.outer(of_acceleration, of_acceleration)
