@@ -121,10 +121,12 @@ class HeightState(NamedTuple):
     height, velocity : float
         Height relative to the start in m and vertical velocity in m/s, up.
     height_sd, velocity_sd : float
-        Their standard deviations.
+        Their standard deviations, m and m/s.
 
     Examples
     --------
+    At 2 m/s² without a barometer; the complementary filter goes by the sample before [SG14, Eq. 24]:
+
     >>> from baroarma.estimators import height_estimator
     >>> cf = height_estimator("complementary")
     >>> [cf.step(dt=0.5, altitude=float("nan"), acceleration=2.0).velocity for _ in range(3)]
@@ -142,7 +144,7 @@ class HeightRun(NamedTuple):
 
     Examples
     --------
-    A second at 2 m/s² and one without a barometer:
+    A second at 2 m/s², without a barometer; what is integrated is less and less certain:
 
     >>> from baroarma.estimators import height_estimator
     >>> t, silent = np.arange(101) / 100, np.full(101, np.nan)

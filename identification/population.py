@@ -40,7 +40,7 @@ class Ratio:
 
     Examples
     --------
-    Half the white noise, known to 2 % in each:
+    Twice the white noise, each known to 2 %:
 
     >>> def sensor(sd):
     ...     none = {"correlated_sd": (0, 0), "correlation_time": (0, 0), "drift_rate": (0, 0)}

@@ -87,8 +87,8 @@ class WindowsResult:
     (10, 4)
     >>> round(found.to_noise_model().white_sd / found.table["white_sd"].mean, 9)
     2.0
-    >>> low, high = found.eq16_ci95()["a"]
-    >>> low < found.table["a"].mean < high
+    >>> low, high = found.table["correlation_time"].ci95
+    >>> low < 0.75 < high
     True
     """
 

@@ -287,7 +287,7 @@ class ColouredKalman(LinearHeight):
         Returns
         -------
         Decisions
-            Each of shape (n,).
+            By row, (n,), and the log-likelihood of the altitudes.
 
         Examples
         --------
