@@ -156,6 +156,7 @@ def recover(preset, hours, *, seed=2, say=print, rows=HOUR):
                 "kind": event.kind, "hour": hour, "at_s": float(faulty.t[event.start]),
                 "lasted_s": float(part.t[kept[event.stop]] - part.t[kept[event.start - 1]]),
                 "recovery_s": float((rows_bad[-1] + 1) / RATE_HZ) if len(rows_bad) else 0.0,
+                "velocity_nees": float(np.mean((off / other.velocity_sd)[event.stop : stop] ** 2)),
                 "worst_velocity_5s": float(off[event.stop + round(RECOVERED * RATE_HZ) : stop].max()),
                 "height_off_after": float(h_off[stop - 1] - h_off[event.start - 1]),
             })  # fmt: skip
@@ -167,14 +168,18 @@ def recover(preset, hours, *, seed=2, say=print, rows=HOUR):
 def per_kind(events):
     """Print recovery times per kind of fault."""
     print(f"{'fault':<20}{'n':>5}{'median s':>10}{'95 % s':>8}{'worst s':>9}{'within 5 s':>12}"
-          f"{'worst v 5-30 s':>16}{'height off m':>14}")  # fmt: skip
+          f"{'NEES 0-30 s':>13}{'worst v 5-30 s':>16}{'height off m':>14}")  # fmt: skip
     for kind in sorted({event["kind"] for event in events}):
         some = [event for event in events if event["kind"] == kind]
         s = np.array([event["recovery_s"] for event in some])
         h = np.abs([event["height_off_after"] for event in some])
         print(f"{kind:<20}{len(s):5d}{np.median(s):10.2f}{np.quantile(s, 0.95):8.2f}{s.max():9.2f}"
-              f"{100 * np.mean(s <= RECOVERED):10.1f} %{max(e['worst_velocity_5s'] for e in some):16.3f}"
-              f"{np.quantile(h, 0.95):14.2f}", flush=True)  # fmt: skip
+              f"{100 * np.mean(s <= RECOVERED):10.1f} %{np.mean([e['velocity_nees'] for e in some]):13.1f}"
+              f"{max(e['worst_velocity_5s'] for e in some):16.3f}{np.quantile(h, 0.95):14.2f}",
+              flush=True)  # fmt: skip
+    s, nees = np.array([(event["recovery_s"], event["velocity_nees"]) for event in events]).T
+    print(f"{'all':<20}{len(s):5d}{np.median(s):10.2f}{np.quantile(s, 0.95):8.2f}{s.max():9.2f}"
+          f"{100 * np.mean(s <= RECOVERED):10.1f} %{nees.mean():13.1f}", flush=True)  # fmt: skip
 
 
 def main():
