@@ -112,6 +112,7 @@ def _bank(rules: bank.Rules) -> Numbers:
         Number("JUMP_ODDS", bank.JUMP_ODDS, "log-odds that a hypothesis loses by needing a jump"),
         Number("PRIOR_ODDS", rules.prior_odds, "log-odds of rest"),
         Number("LONGEST_ODDS", rules.longest_odds, "their limit"),
+        Number("MOST_REPEATS", bank.MOST_REPEATS, "of the same altitude, from which it is no news"),
         Number("MOST_NEWS", bank.MOST_NEWS, "that one altitude may change them by"),
         Number("SURE", bank.SURE, "log-odds from which something is believed at once"),
         Number("DOUBT", bank.DOUBT, "chance from which what was not believed has its part in what goes on"),

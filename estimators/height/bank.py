@@ -37,6 +37,8 @@ of a few metres that the IMU did not feel, and that has stayed as it was, is the
 fan; the barometer's offset takes it.  Anything else is the height's, whatever the IMU says: its variance
 grows by the square of the difference, and the filter follows.
 
+An altitude that comes again and again to the last bit is none: the barometer hangs, or its reader does.
+
 A known floor is taken as the height, once in a rest, when no other is as likely.
 """
 
@@ -75,12 +77,14 @@ SINCE, COUNT, JUMP, SUM, FIRST, LATE = 0, 1, 2, 3, 4, 5
 RESTED: Final = 0
 FREE: Final = 1
 FILTERS: Final = 4
-FLAGS: Final = 12
+FLAGS: Final = 14
 """Length of `Filters.memory`; its entries:"""
 _FORKED, _ODDS, _AGE, _SINCE, _OLDER, _ON_FLOOR, _FORK_ROW, _SILENCE = 0, 1, 2, 3, 4, 5, 6, 7
 _RENEWED: Final = 6  # ... 8 and 9: the rows at which filters 2 and 3 last began anew
 _SWAY: Final = 10  # variance of the velocity of what rests
 _REFUTED: Final = 11  # the odds were below -SURE, and have not been above SURE since
+_ALTITUDE: Final = 12  # the last one, m, and by _REPEATS how many times in a row it has come again
+_REPEATS: Final = 13
 AT_REST: Final = 1
 REJECTED: Final = 2
 """Bits of a decision: v = 0 was taken; the altitude was not."""
@@ -90,6 +94,8 @@ EXACT: Final = 1e-30
 """Variance of a velocity that is known exactly, (m/s)²."""
 SWAY_TIME: Final = 5.0
 """Time constant of the mean square of a resting hand's velocity, s (chosen by us)."""
+MOST_REPEATS: Final = 20
+"""The same altitude to the last bit, that many times in a row, is a barometer that hangs (chosen by us)."""
 MOST_NEWS: Final = 2.0
 """No single altitude may change the log-odds by more (chosen by us): one outlier proves nothing."""
 JUMP_ODDS: Final = 10.0
@@ -139,7 +145,7 @@ class Filters(NamedTuple):
     of the offset), the recent sum of innovations in standard deviations, the mean of those rejected in the
     first half of `recovery` and of late (m)."""
     memory: Signal
-    """Flags and timers, (12,)."""
+    """Flags and timers, (14,)."""
 
 
 class Decisions(NamedTuple):
@@ -272,7 +278,9 @@ def run_bank(
         if not math.isnan(level[k]):
             for i in range(_active(flags)):
                 pin(i, x, P, HEIGHT, level[k], level_variance[k], gain, work, size)
-        if not math.isnan(z[k]):
+        if _hangs(z[k], flags):
+            bits[k] = REJECTED
+        elif not math.isnan(z[k]):
             j, chosen, active = measurement[k], speaker(flags), _active(flags)
             share, news, believed = math.exp(-flags[_SILENCE] / TOGETHER), 0.0, False
             fresh, flags[_SILENCE] = math.sqrt(1.0 - share * share), 0.0
@@ -379,6 +387,15 @@ def _log_likelihood(bits: NDArray[np.uint8], innovation: Signal, innovation_sd: 
         if not (math.isnan(innovation[k]) or bits[k] & REJECTED):
             total -= 0.5 * (innovation[k] ** 2 + math.log(2.0 * math.pi * innovation_sd[k] ** 2))
     return total
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _hangs(z: float, flags: Signal) -> bool:
+    """Count how often an altitude has come again, and say whether that is too often for news."""
+    if not math.isnan(z):
+        flags[_REPEATS] = flags[_REPEATS] + 1.0 if z == flags[_ALTITUDE] else 0.0
+        flags[_ALTITUDE] = z
+    return bool(z == flags[_ALTITUDE] and flags[_REPEATS] >= MOST_REPEATS)
 
 
 @njit(cache=True, error_model="numpy", inline="always")

@@ -66,7 +66,8 @@ static void height_start(baroarma_height *s, const baroarma_rest *rest)
     s->forked = s->on_floor = s->started = 0;
     s->older = RECENT;
     s->odds = s->silence = s->away = 0;
-    s->refuted = 0;
+    s->refuted = s->repeats = 0;
+    s->altitude = 0;
     set_clock(&s->age, 0);
     set_clock(&s->since, 0);
     s->sway = square(BAROARMA_SWAY);
@@ -225,6 +226,16 @@ static int is_taken(baroarma_doubt *d, real y, real sd, real share)
     return 0;
 }
 
+/* Whether an altitude, m, has come again too often for news: the barometer hangs. */
+static int hangs(baroarma_height *s, real altitude)
+{
+    const int again = altitude <= s->altitude && altitude >= s->altitude;
+    if (again && s->repeats < BAROARMA_MOST_REPEATS) s->repeats++;
+    if (!again) s->repeats = 0;
+    s->altitude = altitude;
+    return s->repeats >= BAROARMA_MOST_REPEATS;
+}
+
 /* Let every filter judge an altitude, m, and the odds hear how well two of them foretold it. */
 static void take_altitude(baroarma_height *s, real altitude)
 {
@@ -298,7 +309,7 @@ static void height_step(baroarma_height *s, real dt, real altitude, real acceler
     for (i = 0; BAROARMA_LEVEL_PRIOR > 0 && time > 0 && i < n; i++) {
         filter_pin(&s->filters[i], HEIGHT, 0, BAROARMA_LEVEL_PRIOR / time);
     }
-    if (!isnan(altitude)) take_altitude(s, altitude);
+    if (!isnan(altitude) && !hangs(s, altitude)) take_altitude(s, altitude);
     if (s->forked && BAROARMA_FLOORS) recognise_floor(s);
 }
 

@@ -18,6 +18,8 @@ typedef struct {
     int refuted;                   /* they were below -SURE, and have not been above SURE since */
     baroarma_clock age, since;     /* of the fork; since a recent filter began anew */
     baroarma_real silence;         /* time since the last altitude, s */
+    baroarma_real altitude;        /* the last one, m */
+    int repeats;                   /* how many times in a row it has come again */
     baroarma_real sway;            /* variance of the velocity of what rests, (m/s)^2 */
     baroarma_real anchor[3], away; /* the vertical of the last rest; the greatest 1 - cos since */
     baroarma_real acceleration_sd; /* of one sample, m/s^2 */
