@@ -19,12 +19,12 @@ from inspect import signature
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from baroarma.estimators.attitude.kernels import LONGEST_HOLD
+from baroarma.compiled import as_rows, njit
 from baroarma.estimators.base import (
     ROUNDING,
+    STALE,
     UNFELT,
     UNSEEN_WALK,
     AttitudeEstimator,
@@ -164,9 +164,7 @@ class Chain:
     def _driven(self, t: Signal, before: float, acceleration: Signal) -> tuple[Signal, Signal, Signal]:
         """Return what drives the height filter, its sd where it isn't the filter's own, and what is held."""
         used, sd, held = np.empty(len(t)), np.empty(len(t)), np.empty(len(t))
-        t = t.view()
-        t.flags.writeable = False  # as a recording's is: another type would be compiled for anew
-        self._age = _drive(t, before, acceleration, self._age, self._acceleration, used, sd, held)
+        self._age = _drive(as_rows(t), before, acceleration, self._age, self._acceleration, used, sd, held)
         return used, sd, held
 
     def _smoother(self, lag: float) -> Callable[..., HeightRun]:
@@ -220,7 +218,7 @@ def _hold(dt: float, acceleration: float, age: float, last: float) -> tuple[floa
     age = age + dt if math.isnan(acceleration) else 0.0
     unfelt, sd = age > longest, math.nan
     used = 0.0 if unfelt else acceleration
-    if unfelt or dt > LONGEST_HOLD + ROUNDING:
+    if unfelt or dt > STALE:
         since = age if unfelt and before <= longest else dt  # what was held until now was not felt either
         sd = UNSEEN_WALK * math.sqrt(max(since, LEAST_STEP)) / max(dt, LEAST_STEP)
     return used, sd, last if math.isnan(used) else used, age

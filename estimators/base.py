@@ -27,9 +27,14 @@ stop; m/s per sqrt(s), chosen by us."""
 UNFELT: Final = 0.1
 """Seconds without a new accelerometer sample after which nothing is felt: who walks is accelerated the other
 way by then (chosen by us)."""
+LONGEST_HOLD: Final = 0.5
+"""A missing sample of the IMU is replaced by the last one for so many seconds (chosen by us): about the time
+in which a limb's turn comes to its end."""
 ROUNDING: Final = 1e-6
 """Sums of intervals that but for so much (s) reach a time do reach it: no clock's rounding decides, nor
 whether `step` sums intervals where `run` subtracts times."""
+STALE: Final = LONGEST_HOLD + ROUNDING
+"""In an interval longer than this, s, no acceleration is integrated: what happened meanwhile was not felt."""
 
 
 @dataclass(frozen=True)

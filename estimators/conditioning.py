@@ -14,10 +14,10 @@ from collections import deque
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from baroarma.arma import ArmaModel
+from baroarma.compiled import njit
 from baroarma.noise_model import NoiseModel
 from baroarma.whitening import WhiteningFilter, WhiteningStream
 

@@ -21,10 +21,9 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from baroarma.estimators.attitude.kernels import as_rows
+from baroarma.compiled import as_rows, njit
 from baroarma.estimators.base import ROUNDING, Alignment, Signal
 
 SETTLED: Final = 0.5
@@ -54,7 +53,7 @@ LARGEST_SD: Final = (0.2, 0.05)
 
 
 LARGEST: Final = (1000.0, 100.0)
-"""What is no sample but a broken transfer, m/s² and rad/s, as in `attitude.kernels`."""
+"""What is no sample but a broken transfer, m/s² and rad/s, as in `attitude.samples`."""
 SHAKING_TIME: Final = 10.0
 """Time constant of the mean of squared differences, s."""
 SHAKEN: Final = 1.2

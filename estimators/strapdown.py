@@ -13,9 +13,9 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from baroarma.compiled import njit
 from baroarma.finding import Finding
 from baroarma.recording import Recording
 from baroarma.track import Track

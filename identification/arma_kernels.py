@@ -19,8 +19,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from baroarma.compiled import njit
 
 _ALONG = np.array([-4.0, -2.5, -1.6, -1.0, -0.5, 0.0, 0.5, 1.0, 1.6, 2.5, 4.0])  # x
 _ACROSS = np.array([0.1, 0.4, 1.0, 2.0])  # |x + z|

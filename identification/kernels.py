@@ -21,7 +21,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from baroarma.compiled import njit
 
 SAME_INTERVAL = 1e-7  # intervals that differ relatively by less are equal: rounding of time stamps in binary
 CONVERGED = 1e-13  # relative change per sample below which gain and variance stand still

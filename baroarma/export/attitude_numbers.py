@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from baroarma.estimators.attitude import robust_kernels
-from baroarma.estimators.attitude.kernels import LEAST_FORCE, LEVELLING_SD, LONGEST_HOLD
 from baroarma.estimators.attitude.robust import ACCEL_NOISE_SD, GYRO_NOISE_SD, LEAST_NOISE
+from baroarma.estimators.attitude.samples import LEAST_FORCE, LEVELLING_SD
+from baroarma.estimators.base import LONGEST_HOLD
 from baroarma.export.c_text import Number, Numbers
 
 
@@ -50,7 +51,7 @@ def robust(attitude: Any) -> Numbers:
         Number("INTERVAL", s.interval, "between levellings, s"),
         Number("LATENCY", s.latency, "by which IMU samples come late, s"),
         Number("LONGEST_HOLD", LONGEST_HOLD, "a missing sample is replaced by the last one so long, s"),
-        Number("LEVELLING_SD", robust_kernels.LEVELLING_SD, "of a tilt taken anew, rad"),
+        Number("LEVELLING_SD", LEVELLING_SD, "of a tilt taken anew, rad"),
         Number("LEVELLED_SD", robust_kernels.LEVELLED_SD, "of a tilt by a mean force, rad"),
         Number("BLIND_TURN", robust_kernels.BLIND_TURN, "so long without gyro the tilt is doubtful, s"),
         Number("FORCE_JUMP", robust_kernels.FORCE_JUMP, "what jumps by more is to be seen twice, m/s²"),

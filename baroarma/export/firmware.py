@@ -21,10 +21,10 @@ from typing import Any, Final, Literal
 from baroarma.atmosphere import EXPONENT, SCALE_HEIGHT, SEA_LEVEL_PRESSURE, STANDARD_GRAVITY
 from baroarma.atomic import replacing
 from baroarma.estimators.attitude.alignment import ENOUGH, PARTS
-from baroarma.estimators.attitude.kernels import MOST_FORCE, MOST_RATE
-from baroarma.estimators.base import ROUNDING, UNFELT, UNSEEN_WALK
+from baroarma.estimators.attitude.samples import MOST_FORCE, MOST_RATE
+from baroarma.estimators.base import ROUNDING, STALE, UNFELT, UNSEEN_WALK
 from baroarma.estimators.conditioning import FARTHEST, Conditioner, conditioner_of
-from baroarma.estimators.height.linear import LONGEST_STEP, STALE
+from baroarma.estimators.height.linear import LONGEST_STEP
 from baroarma.export.c_text import Number, Numbers, comment
 from baroarma.export.golden import golden_header
 from baroarma.export.parts import ATTITUDES, CONDITIONINGS, HEIGHTS, Part

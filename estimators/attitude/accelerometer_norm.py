@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from baroarma.estimators.attitude import kernels
+from baroarma.estimators.attitude.samples import hold_last
 from baroarma.estimators.base import Alignment, AttitudeEstimator, AttitudeRun, AttitudeState, Signal
 
 
@@ -54,6 +54,6 @@ class AccelerometerNorm(AttitudeEstimator):
         modulus = np.linalg.norm(accel, axis=1)
         ups = np.full(accel.shape, np.nan)
         np.divide(accel, modulus[:, None], out=ups, where=modulus[:, None] > 0)
-        kernels.hold_last(ups, self.up)
+        hold_last(ups, self.up)
         sd = np.where(np.isfinite(modulus), self.accel_noise_sd, np.nan)
         return AttitudeRun(ups, modulus - self.alignment.gravity, sd)

@@ -20,7 +20,17 @@ from typing import Any
 import numpy as np
 
 from baroarma.atmosphere import STANDARD_GRAVITY
-from baroarma.estimators.attitude import kernels
+from baroarma.compiled import as_array
+from baroarma.estimators.attitude.quaternion_matrices import fill_level
+from baroarma.estimators.attitude.samples import (
+    forget_rate,
+    has_vertical,
+    is_lost,
+    is_sample,
+    levelled,
+    take_rate,
+)
+from baroarma.estimators.attitude.vertical import project
 from baroarma.estimators.base import Alignment, AttitudeEstimator, AttitudeRun, AttitudeState, Signal
 from baroarma.rotation import up_from_quaternion
 
@@ -54,17 +64,17 @@ class Adapter(AttitudeEstimator):
         return self._take(np.diff(t, prepend=t[:1] - dt), accel, gyro)
 
     def _take(self, dt: Signal, accel: Signal, gyro: Signal) -> AttitudeRun:
-        accel, gyro = kernels.as_array(accel), kernels.as_array(gyro)
+        accel, gyro = as_array(accel), as_array(gyro)
         n, bias = len(dt), np.array(self.alignment.gyro_bias)
         quaternions = np.empty((n, 4))
         for k in range(n):
-            new = kernels.is_sample(accel[k])
-            self.held[:] = kernels.forget_rate(self.held, dt[k])
-            lost = kernels.is_lost(self.held)
-            if lost and new and kernels.has_vertical(accel[k]):
+            new = is_sample(accel[k])
+            self.held[:] = forget_rate(self.held, dt[k])
+            lost = is_lost(self.held)
+            if lost and new and has_vertical(accel[k]):
                 self._start(accel[k])
-                self.held[:] = kernels.levelled(self.held)
-            self.held[:] = kernels.take_rate(self.held, gyro[k], bias)
+                self.held[:] = levelled(self.held)
+            self.held[:] = take_rate(self.held, gyro[k], bias)
             quaternions[k] = self._advance(0.0 if lost else dt[k], self.held[:3], accel[k] if new else None)
         self._started = self._started or n > 0
         return self._project(quaternions, accel)
@@ -74,7 +84,7 @@ class Adapter(AttitudeEstimator):
         ups = up_from_quaternion(np.roll(quaternions, -1, axis=1))
         out = AttitudeRun(ups, np.empty(len(ups)), np.empty(len(ups)))
         P = self.tilt_sd**2 * np.eye(3)
-        kernels.project(accel, ups, P, self.alignment.gravity, self.accel_noise_sd, *out[1:])
+        project(accel, ups, P, self.alignment.gravity, self.accel_noise_sd, *out[1:])
         return out
 
     def __getstate__(self) -> dict[str, Any]:
@@ -231,7 +241,7 @@ class ImufusionAttitude(Adapter):
 def _level(up: Signal) -> Signal:
     """Return the levelled quaternion, scalar first."""
     q = np.empty(4)
-    kernels.fill_level(q, up)
+    fill_level(q, up)
     return np.roll(q, 1)
 
 

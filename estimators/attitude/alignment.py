@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baroarma.atmosphere import STANDARD_GRAVITY
-from baroarma.estimators.attitude.kernels import MOST_FORCE, MOST_RATE
+from baroarma.estimators.attitude.samples import MOST_FORCE, MOST_RATE
 from baroarma.estimators.base import Alignment
 
 ENOUGH: Final = 8

@@ -34,8 +34,20 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from baroarma.atmosphere import STANDARD_GRAVITY
-from baroarma.estimators.attitude import kernels
-from baroarma.estimators.attitude.kernels import EkfSettings
+from baroarma.compiled import as_array, as_rows
+from baroarma.estimators.attitude.quaternion_kernel import run_quaternion_ekf
+from baroarma.estimators.attitude.quaternion_matrices import (
+    EkfSettings,
+    fill_level,
+    fill_quaternion_noise,
+    fill_quaternion_transition,
+    fill_turn_covariance,
+    fill_up,
+    fill_up_jacobian,
+    level_quaternion,
+)
+from baroarma.estimators.attitude.samples import forget_rate, is_lost, is_sample, levelled, take_rate
+from baroarma.estimators.attitude.vertical import normalise, vertical_acceleration
 from baroarma.estimators.base import Alignment, AttitudeEstimator, AttitudeRun, AttitudeState, Signal
 
 
@@ -93,10 +105,10 @@ class QuaternionEkf(AttitudeEstimator, ExtendedKalmanFilter):
         """Level the quaternion by the alignment; no bias; P0."""
         self.alignment = alignment or Alignment()
         self.x = np.zeros(7)
-        kernels.fill_level(self.x[:4], np.array(self.alignment.up))
+        fill_level(self.x[:4], np.array(self.alignment.up))
         s = self.settings
         self.P = s.initial_bias_sd**2 * np.eye(7)
-        kernels.fill_turn_covariance(self.P, self.x[:4], s.initial_quaternion_sd)
+        fill_turn_covariance(self.P, self.x[:4], s.initial_quaternion_sd)
         self.F, self.Q = np.eye(7), np.zeros((7, 7))
         self.R = s.accel_noise_sd**2 * np.eye(3)
         self.z, self.y, self.K = np.full(3, np.nan), np.zeros(3), np.zeros((7, 3))
@@ -128,19 +140,19 @@ class QuaternionEkf(AttitudeEstimator, ExtendedKalmanFilter):
         True
         """
         s, dt = self.settings, dt if self._started else 0.0
-        accel, gyro = kernels.as_array(accel), kernels.as_array(gyro)
-        self.held[:] = kernels.forget_rate(self.held, dt)
-        kernels.fill_quaternion_transition(self.F, self.held, dt, s.bias_decay)
-        kernels.fill_quaternion_noise(self.Q, self.x, self.P, dt, s)
+        accel, gyro = as_array(accel), as_array(gyro)
+        self.held[:] = forget_rate(self.held, dt)
+        fill_quaternion_transition(self.F, self.held, dt, s.bias_decay)
+        fill_quaternion_noise(self.Q, self.x, self.P, dt, s)
         self.predict()
-        if kernels.is_sample(accel) and kernels.is_lost(self.held):
-            if kernels.level_quaternion(self.x, self.P, accel, s.initial_quaternion_sd):
-                self.held[:] = kernels.levelled(self.held)
-        elif kernels.is_sample(accel):
+        if is_sample(accel) and is_lost(self.held):
+            if level_quaternion(self.x, self.P, accel, s.initial_quaternion_sd):
+                self.held[:] = levelled(self.held)
+        elif is_sample(accel):
             self.update(accel, self._selected_jacobian, self._force, args=(accel,))
-            kernels.normalise(self.x[:4])
+            normalise(self.x[:4])
         self.x_post, self.P_post = self.x.copy(), self.P.copy()
-        self.held[:] = kernels.take_rate(self.held, gyro, self._gyro_bias)
+        self.held[:] = take_rate(self.held, gyro, self._gyro_bias)
         self._started = True
         return self._state(accel)
 
@@ -152,13 +164,13 @@ class QuaternionEkf(AttitudeEstimator, ExtendedKalmanFilter):
 
     def _take(self, t: Signal, before: float, accel: Signal, gyro: Signal) -> AttitudeRun:
         """Take samples, the first of them t[0] - before after what came before it."""
-        n, t = len(t), kernels.as_rows(t)
+        n, t = len(t), as_rows(t)
         out = AttitudeRun(np.empty((n, 3)), np.empty(n), np.empty(n))
-        kernels.run_quaternion_ekf(
+        run_quaternion_ekf(
             t,
             before,
-            kernels.as_rows(accel, 3),
-            kernels.as_rows(gyro, 3),
+            as_rows(accel, 3),
+            as_rows(gyro, 3),
             self._gyro_bias,
             self.alignment.gravity,
             self.settings,
@@ -181,12 +193,12 @@ class QuaternionEkf(AttitudeEstimator, ExtendedKalmanFilter):
 
     def _state(self, accel: Signal) -> AttitudeState:
         up, J = np.empty(3), np.empty((3, 4))
-        kernels.fill_up(up, self.x)
-        if not kernels.is_sample(accel):
+        fill_up(up, self.x)
+        if not is_sample(accel):
             return AttitudeState(up, math.nan, math.nan)
-        kernels.fill_up_jacobian(J, self.x)
+        fill_up_jacobian(J, self.x)
         gravity, noise = self.alignment.gravity, self.settings.accel_noise_sd
-        return AttitudeState(up, *kernels.vertical_acceleration(accel, up, J, self.P, gravity, noise))
+        return AttitudeState(up, *vertical_acceleration(accel, up, J, self.P, gravity, noise))
 
 
 def expected_force(x: Signal, gravity: float) -> Signal:
@@ -210,7 +222,7 @@ def expected_force(x: Signal, gravity: float) -> Signal:
     array([0.1, 0. , 9.8])
     """
     up = np.empty(3)
-    kernels.fill_up(up, x)
+    fill_up(up, x)
     return gravity * up + x[4:]
 
 
@@ -223,5 +235,5 @@ def measurement_jacobian(x: Signal, gravity: float) -> Signal:
     array([  0., -20.,   0.,  -0.,   1.,   0.,   0.])
     """
     J = np.empty((3, 4))
-    kernels.fill_up_jacobian(J, x)
+    fill_up_jacobian(J, x)
     return np.hstack([gravity * J, np.eye(3)])

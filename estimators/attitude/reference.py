@@ -11,7 +11,9 @@ import math
 
 import numpy as np
 
-from baroarma.estimators.attitude import kernels
+from baroarma.compiled import as_array
+from baroarma.estimators.attitude.samples import hold_last
+from baroarma.estimators.attitude.vertical import project
 from baroarma.estimators.base import Alignment, AttitudeEstimator, AttitudeRun, AttitudeState, Signal
 from baroarma.rotation import up_from_quaternion
 
@@ -72,10 +74,8 @@ class ReferenceAttitude(AttitudeEstimator):
                 "none, so choose an estimator that works from accelerometer and gyro"
             )
         ups = up_from_quaternion(attitude / np.linalg.norm(attitude, axis=1, keepdims=True))
-        kernels.hold_last(ups, self.up)
+        hold_last(ups, self.up)
         out = AttitudeRun(ups, np.empty(len(ups)), np.empty(len(ups)))
         P = self.tilt_sd**2 * np.eye(3)
-        kernels.project(
-            kernels.as_array(accel), ups, P, self.alignment.gravity, self.accel_noise_sd, *out[1:]
-        )
+        project(as_array(accel), ups, P, self.alignment.gravity, self.accel_noise_sd, *out[1:])
         return out

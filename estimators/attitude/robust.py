@@ -41,10 +41,11 @@ from typing import Final
 import numpy as np
 from filterpy.kalman import KalmanFilter
 
-from baroarma.estimators.attitude import kernels, robust_kernels
-from baroarma.estimators.attitude.kernels import LONGEST_HOLD
+from baroarma.compiled import as_array
+from baroarma.estimators.attitude import robust_kernels
 from baroarma.estimators.attitude.robust_kernels import STATES, SUMS, RobustSettings, RobustState
 from baroarma.estimators.base import (
+    LONGEST_HOLD,
     UNFELT,
     UNSEEN_WALK,
     Alignment,
@@ -223,7 +224,7 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
     def _take(self, dt: Signal, accel: Signal, gyro: Signal) -> AttitudeRun:
         n = len(dt)
         out = AttitudeRun(np.empty((n, 3)), np.empty(n), np.empty(n))
-        accel, gyro = kernels.as_array(accel), kernels.as_array(gyro)
+        accel, gyro = as_array(accel), as_array(gyro)
         robust_kernels.run_robust(dt, accel, gyro, self.settings, self.memory(), *out)
         self._started = self._started or n > 0
         return out

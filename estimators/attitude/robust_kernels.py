@@ -1,10 +1,9 @@
 """Compiled parts of the attitude filter `robust`; its equations stand there.
 
 The strapdown runs at every row and sums up what a levelling needs to know of the interval since the last one;
-the matrices are written and the covariance moves only then.  Nothing is allocated within the loop.
-Everything compiled is in this one file, because numba's cache watches no other; for the same reason the
-constants of other modules come in with the settings.  What runs at every row takes the arrays one by one and
-is inlined: a tuple of arrays passed on would cost more than the arithmetic.
+the matrices are written and the covariance moves only then.  Nothing is allocated within the loop.  What runs
+at every row takes the arrays one by one and is inlined: a tuple of arrays passed on would cost more than the
+arithmetic.
 """
 
 from __future__ import annotations
@@ -13,17 +12,16 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from baroarma.estimators.attitude.kernels import MOST_FORCE, MOST_RATE
+from baroarma.compiled import njit
+from baroarma.estimators.attitude.samples import LEVELLING_SD, MOST_FORCE, MOST_RATE
+from baroarma.estimators.base import ROUNDING
 
 Array = NDArray[np.float64]
 
 STATES: Final = 10
 """Errors of tilt (2, world axes, rad), horizontal velocity (2), gyro bias (3) and gyro scale (3)."""
-ROUNDING: Final = 1e-6
-"""Intervals that but for so much (s) add up to a levelling's do add up: no clock's rounding decides."""
 
 
 class RobustSettings(NamedTuple):
@@ -97,8 +95,6 @@ MOVING_RATE: Final = 0.1
 """likewise of a rate, rad/s."""
 UNUSUAL: Final = 3.0
 """From so many sds on a velocity counts as a ride (chosen by us)."""
-LEVELLING_SD: Final = 0.1
-"""Error of a tilt taken anew, rad (chosen by us): the body may be accelerated by 1 m/s² sideways."""
 LEVELLED_SD: Final = 0.05
 """The same of the tilt by a mean force, rad (chosen by us): who walks is hardly accelerated on average."""
 BLIND_TURN: Final = 0.3

@@ -28,8 +28,17 @@ from typing import Literal
 import numpy as np
 from filterpy.kalman import KalmanFilter
 
-from baroarma.estimators.attitude import kernels
-from baroarma.estimators.attitude.kernels import TiltSettings
+from baroarma.compiled import as_array, as_rows
+from baroarma.estimators.attitude.samples import forget_rate, is_lost, is_sample, levelled, take_rate
+from baroarma.estimators.attitude.tilt_kernel import (
+    TiltSettings,
+    fill_tilt_noise,
+    fill_tilt_transition,
+    level_vertical,
+    run_tilt_kalman,
+    tilt_measurement_variance,
+)
+from baroarma.estimators.attitude.vertical import normalise, vertical_acceleration
 from baroarma.estimators.base import Alignment, AttitudeEstimator, AttitudeRun, AttitudeState, Signal
 
 
@@ -122,20 +131,20 @@ class TiltKalman(AttitudeEstimator, KalmanFilter):
         True
         """
         s, dt = self.settings, dt if self._started else 0.0
-        accel, gyro = kernels.as_array(accel), kernels.as_array(gyro)
-        self.held[:] = kernels.forget_rate(self.held, dt)
-        kernels.fill_tilt_transition(self.F, self.held, dt, s.exponential)
-        kernels.fill_tilt_noise(self.Q, self.x, dt, s.gyro_noise_sd)
+        accel, gyro = as_array(accel), as_array(gyro)
+        self.held[:] = forget_rate(self.held, dt)
+        fill_tilt_transition(self.F, self.held, dt, s.exponential)
+        fill_tilt_noise(self.Q, self.x, dt, s.gyro_noise_sd)
         self.predict()
-        if kernels.is_sample(accel) and kernels.is_lost(self.held):
-            if kernels.level_vertical(self.x, self.P, accel):
-                self.held[:] = kernels.levelled(self.held)
-        elif kernels.is_sample(accel):
-            self.R = kernels.tilt_measurement_variance(self.external, s) * np.eye(3)
+        if is_sample(accel) and is_lost(self.held):
+            if level_vertical(self.x, self.P, accel):
+                self.held[:] = levelled(self.held)
+        elif is_sample(accel):
+            self.R = tilt_measurement_variance(self.external, s) * np.eye(3)
             self.update(accel - s.acceleration_memory * self.external)
-        kernels.normalise(self.x)
+        normalise(self.x)
         self.x_post, self.P_post = self.x.copy(), self.P.copy()
-        self.held[:] = kernels.take_rate(self.held, gyro, self._gyro_bias)
+        self.held[:] = take_rate(self.held, gyro, self._gyro_bias)
         self._started = True
         return self._state(accel)
 
@@ -147,13 +156,13 @@ class TiltKalman(AttitudeEstimator, KalmanFilter):
 
     def _take(self, t: Signal, before: float, accel: Signal, gyro: Signal) -> AttitudeRun:
         """Take samples, the first of them t[0] - before after what came before it."""
-        n, t = len(t), kernels.as_rows(t)
+        n, t = len(t), as_rows(t)
         out = AttitudeRun(np.empty((n, 3)), np.empty(n), np.empty(n))
-        kernels.run_tilt_kalman(
+        run_tilt_kalman(
             t,
             before,
-            kernels.as_rows(accel, 3),
-            kernels.as_rows(gyro, 3),
+            as_rows(accel, 3),
+            as_rows(gyro, 3),
             self._gyro_bias,
             self.alignment.gravity,
             self.settings,
@@ -169,9 +178,9 @@ class TiltKalman(AttitudeEstimator, KalmanFilter):
 
     def _state(self, accel: Signal) -> AttitudeState:
         up = self.x.copy()
-        if not kernels.is_sample(accel):
+        if not is_sample(accel):
             return AttitudeState(up, math.nan, math.nan)
         gravity, noise = self.alignment.gravity, self.settings.accel_noise_sd
         self.external = accel - gravity * up
-        vertical = kernels.vertical_acceleration(accel, up, np.eye(3), self.P, gravity, noise)
+        vertical = vertical_acceleration(accel, up, np.eye(3), self.P, gravity, noise)
         return AttitudeState(up, *vertical)

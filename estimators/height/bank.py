@@ -48,9 +48,9 @@ import math
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from baroarma.compiled import njit
 from baroarma.estimators.base import ROUNDING
 from baroarma.estimators.height.kernels import (
     HEIGHT,

@@ -19,10 +19,10 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from baroarma.atmosphere import STANDARD_GRAVITY
+from baroarma.compiled import njit
 from baroarma.estimators.base import Alignment, HeightRun, HeightState
 from baroarma.estimators.colouring import block_diagonal, noise_states
 from baroarma.estimators.height.bank import (

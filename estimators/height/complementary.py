@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.atmosphere import STANDARD_GRAVITY
+from baroarma.compiled import as_rows
 from baroarma.estimators.base import Alignment, HeightEstimator, HeightRun, HeightState
 from baroarma.estimators.height.complementary_kernel import complementary_rows
 from baroarma.estimators.height.drive import Drive, as_signal
@@ -161,15 +162,14 @@ class Complementary(HeightEstimator):
         n = len(t)
         rest = np.zeros(n, np.bool_) if at_rest is None else np.asarray(at_rest, np.bool_)
         z, a, a_sd = (as_signal(values, n) for values in (altitude, acceleration, acceleration_sd))
-        return self._take(np.ascontiguousarray(t, float), float(t[0]) - dt if n else 0.0, z, a, a_sd, rest)
+        return self._take(t, float(t[0]) - dt if n else 0.0, z, a, a_sd, rest)
 
     def _take(
         self, t: Signal, before: float, z: Signal, a: Signal, a_sd: Signal, at_rest: NDArray[np.bool_]
     ) -> HeightRun:
         """Take rows, the first of them t[0] - before after what came before it."""
         u, _, quiet = self.drive.rows(a)
-        t, out = t.view(), np.empty((4, len(t)))
-        t.flags.writeable = False  # as a recording's is: another type would be compiled for anew
+        t, out = as_rows(t), np.empty((4, len(t)))
         complementary_rows(
             self._x,
             self._P,

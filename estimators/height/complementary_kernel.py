@@ -14,8 +14,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from baroarma.compiled import njit
 
 Signal = NDArray[np.float64]
 _inlined = njit(cache=True, error_model="numpy", inline="always")

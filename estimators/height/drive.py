@@ -16,8 +16,9 @@ import math
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from baroarma.compiled import njit
 
 Signal = NDArray[np.float64]
 WILD: Final = 50.0

@@ -19,8 +19,14 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 from numpy.typing import NDArray
 
-from baroarma.estimators.attitude.kernels import LONGEST_HOLD
-from baroarma.estimators.base import UNSEEN_WALK, Alignment, HeightEstimator, HeightRun, HeightState
+from baroarma.estimators.base import (
+    LONGEST_HOLD,
+    UNSEEN_WALK,
+    Alignment,
+    HeightEstimator,
+    HeightRun,
+    HeightState,
+)
 from baroarma.estimators.height import inertial_model as model
 from baroarma.estimators.height.complementary import SG14_ALTITUDE_SD
 from baroarma.estimators.height.drive import nominal_interval

@@ -25,8 +25,9 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from baroarma.compiled import njit
 
 Signal = NDArray[np.float64]
 Index = NDArray[np.int64]

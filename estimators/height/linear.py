@@ -22,9 +22,8 @@ import numpy as np
 from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
-from baroarma.estimators.attitude.kernels import LONGEST_HOLD
 from baroarma.estimators.base import (
-    ROUNDING,
+    STALE,
     UNSEEN_WALK,
     Alignment,
     HeightEstimator,
@@ -36,9 +35,6 @@ from baroarma.estimators.height.kernels import HEIGHT, Row, Rows, Tables, entrie
 from baroarma.estimators.height.smoother import smooth_rows
 
 Signal = NDArray[np.float64]
-STALE: Final = LONGEST_HOLD + ROUNDING
-"""In an interval longer than this, s, no acceleration is integrated: what happened meanwhile was not felt."""
-
 LONGEST_STEP: Final = 600.0
 """A longer interval counts as this, s: velocity and height are unknown by then (12 m/s, 4 km), and numbers
 that are larger still would drown what is known."""

@@ -17,9 +17,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from baroarma.compiled import njit
 from baroarma.estimators.height.kernels import (
     HEIGHT,
     VELOCITY,
