@@ -1,7 +1,7 @@
 """The slowest climb that is still told from rest, and the height lost meanwhile.
 
 A sensor that feels nothing may rest or ride at a constant speed; `baroarma.estimators.height.bank` weighs the
-two.  Here that very filter rides, many times, on simulated rests to which a climb is added,
+two.  Here the tracker rides, many times, on simulated rests to which a climb is added,
 
     altitude += h(t),   specific force += up a(t) if the start is felt,   h'' = a,
 
@@ -13,7 +13,6 @@ truth is what was lost.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
@@ -21,18 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.atmosphere import altitude_pressure, pressure_altitude
-from baroarma.estimators import attitude_estimator
-from baroarma.estimators.attitude.alignment import align
-from baroarma.estimators.base import ROUNDING
-from baroarma.estimators.height.coloured_kalman import ColouredKalman
-from baroarma.estimators.stillness import Stillness
+from baroarma.estimators.height.bank import Decisions
 from baroarma.noise_model import NoiseModel
 from baroarma.recording import Recording
 from baroarma.rotation import up_from_quaternion
 from baroarma.simulation import Barometer, simulate
 from baroarma.simulation.jet import Jet
 from baroarma.simulation.paths import running
-from baroarma.tracker import ALIGNMENT
+from baroarma.tracker import Tracker
 
 Signal = NDArray[np.float64]
 REST: Final = 30.0
@@ -238,22 +233,13 @@ def watch(recording: Recording, noise: NoiseModel, *, attitude: str = "reference
     attitude : str
         Name of an attitude estimator; default: the given one, so that the attitude isn't the question.
     """
-    start = int(np.searchsorted(recording.t - recording.t[0], ALIGNMENT - ROUNDING))
-    early, rows = recording.rows(slice(start)), recording.rows(slice(start, None))
-    dt = float(rows.t[0] - early.t[-1])
-    alignment = align(early.t, *_imu(early), duration=ALIGNMENT)
-    tilt, stillness = attitude_estimator(attitude), Stillness(alignment)
-    kf = ColouredKalman(noise=noise.with_possible_drift(), dt=dt)
-    tilt.reset(alignment)
-    kf.reset(alignment)
-    altitude = recording.height()
-    altitude = altitude - altitude[np.isfinite(altitude)][0]
-    kf.look_back(early.t, altitude[:start], dt=dt)
-    felt = tilt.run(rows.t, *_imu(rows), rows.reference_attitude)
-    still, shaking = stillness.run(rows.t, *_imu(rows), dt)
-    samples = (rows.t, altitude[start:], felt.acceleration, shaking)
-    odds = deepcopy(kf).decide(*samples, at_rest=still, up=felt.up).odds
-    return Watch(rows.t, odds >= 0, kf.run(*samples, at_rest=still, up=felt.up).height)
+    _imu(recording)
+    decided: list[Decisions] = []
+    settings = {"decided": decided.append}
+    track = Tracker(noise=noise, attitude=attitude, height_settings=settings).run(recording)
+    believed = np.concatenate([decisions.believed for decisions in decided])
+    later = slice(len(track) - len(believed), None)
+    return Watch(track.t[later], believed, track.height[later])
 
 
 def _imu(recording: Recording) -> tuple[Signal, Signal]:

@@ -87,7 +87,9 @@ _ALTITUDE: Final = 12  # the last one, m, and by _REPEATS how many times in a ro
 _REPEATS: Final = 13
 AT_REST: Final = 1
 REJECTED: Final = 2
-"""Bits of a decision: v = 0 was taken; the altitude was not."""
+BELIEVED: Final = 4
+"""Bits of a decision: v = 0 was taken, as is known by the end; the altitude was not taken; the state was that
+of a rest, as was known at the row."""
 TOGETHER: Final = 0.5
 """Seconds over which innovations are summed (chosen by us)."""
 EXACT: Final = 1e-30
@@ -152,7 +154,7 @@ class Decisions(NamedTuple):
     """What was decided at each row; what the smoother needs."""
 
     bits: NDArray[np.uint8]
-    """`AT_REST`, `REJECTED`, (n,)."""
+    """`AT_REST`, `REJECTED`, `BELIEVED`, (n,)."""
     floor: Signal
     """Height of the floor that was recognised, m; NaN: none, (n,)."""
     jump: Signal
@@ -167,6 +169,11 @@ class Decisions(NamedTuple):
     """Variance with which v = 0 was taken; NaN: it was not, (n,)."""
     startled: Signal
     """Variance of the velocity that was wrong if this is where a rest begins, (m/s)², (n,)."""
+
+    @property
+    def believed(self) -> NDArray[np.bool_]:
+        """Whether each row's state is that of a rest, (n,): more than odds above 0 after a refutation."""
+        return self.bits & BELIEVED > 0
 
     @property
     def log_likelihood(self) -> float:
@@ -314,6 +321,8 @@ def run_bank(
                 floor[k] = _recognise_floor(rules, x, P, flags, gain, work, size)
         report(k, speaker(flags), x, P, out)
         if flags[_FORKED]:
+            if speaker(flags) == RESTED:
+                bits[k] |= BELIEVED
             for state in (HEIGHT, VELOCITY):
                 out[2 + state, k] = _sd_of_both(state, x, P, flags)
     if flags[_FORKED]:

@@ -15,7 +15,7 @@ filterpy's own `predict` and `update` know nothing of that: they are the single 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -109,6 +109,9 @@ class ColouredKalman(LinearHeight):
         Share of the change from one acceleration sample to the next that the midpoint may miss.
     rest_sd : float, optional
         Velocity of what rests, m/s; default: what the noise of the acceleration samples is over 1/20 s.
+    decided : callable, optional
+        Called after each `run` with the `Decisions` on its rows: rests, outliers, floors, jumps, the odds.
+        A tracker runs a long recording in parts; a list's `append` collects them.
     **settings
         See `LinearHeight`; `midpoint` is on by default.
 
@@ -146,6 +149,7 @@ class ColouredKalman(LinearHeight):
         unresolved: float = 0.1,
         midpoint: bool = True,
         rest_sd: float | None = None,
+        decided: Callable[[Decisions], object] | None = None,
         **settings: Any,
     ) -> None:
         if noise is None:
@@ -153,7 +157,7 @@ class ColouredKalman(LinearHeight):
         self.noise, self.bias_walk, self.offset_sd = noise, bias_walk, offset_sd
         self.barometer_lag, self.confirm_rest = barometer_lag, confirm_rest
         self.level_prior_sd, self.level_prior_time = level_prior_sd, level_prior_time
-        self._given = acceleration_sd, bias_sd, rest_sd
+        self._given, self._decided = (acceleration_sd, bias_sd, rest_sd), decided
         has_offset = bool(noise.drift_rate or offset_sd)
         rules = Rules(
             gate=gate,
@@ -265,7 +269,7 @@ class ColouredKalman(LinearHeight):
         if not self.confirm_rest:
             return
         t, altitude = np.append(t, t[-1] + dt), np.append(altitude, np.nan)
-        self.run(t, altitude, np.zeros(len(t)), at_rest=np.ones(len(t), np.bool_))
+        self.decide(t, altitude, np.zeros(len(t)), at_rest=np.ones(len(t), np.bool_))
         self._started = False
 
     def decide(
@@ -304,7 +308,10 @@ class ColouredKalman(LinearHeight):
         return self._weigh(rows)[1]
 
     def _filter(self, rows: Rows) -> HeightRun:
-        return self._weigh(rows)[0]
+        found, decisions = self._weigh(rows)
+        if self._decided is not None:
+            self._decided(decisions)
+        return found
 
     def _smooth(self, rows: Rows, lag: float) -> HeightRun:
         """Decide on the way forward, go back over what was decided, and stand where the way forward led."""

@@ -8,7 +8,7 @@ import pytest
 from baroarma import NoiseModel
 from baroarma.atmosphere import altitude_pressure
 from baroarma.estimators.base import HeightRun
-from baroarma.estimators.height.bank import AT_REST, REJECTED, Bank
+from baroarma.estimators.height.bank import AT_REST, REJECTED, RESTED, SURE, Bank
 from baroarma.estimators.height.coloured_kalman import BIAS_SD, CRUISE_SD, ColouredKalman
 from baroarma.estimators.height.linear import steps_of
 from baroarma.simulation import BMP085, simulate
@@ -259,6 +259,36 @@ def test_the_odds_are_bounded_so_that_evidence_can_turn():
         odds = make().decide(**ride(speed)[1]).odds
         assert np.abs(odds).max() <= 10.0
         assert np.abs(odds[-1]) > 5.0
+
+
+def test_a_rest_is_believed_while_the_odds_are_positive_but_a_refuted_one_only_at_100_to_1():
+    too_early = 0
+    for seed in range(4):
+        _, samples = ride(0.0, seed=seed, duration=120.0)
+        t = samples["t"]
+        samples["altitude"] += np.where((t > 40) & (t < 60), 1.5, 0.0)  # a gust
+        decisions = make(gate=np.inf).decide(**samples)
+        refuted, expected = False, []
+        for odds in decisions.odds:
+            refuted = odds < 0 if abs(odds) > SURE else refuted
+            expected.append(odds >= 0 and not refuted)
+        np.testing.assert_array_equal(decisions.believed, expected)
+        too_early += np.sum(decisions.odds[~decisions.believed] > 0)
+    assert too_early > 0  # where the odds alone would say so
+
+
+def test_what_is_believed_is_what_the_state_is_taken_from_row_by_row():
+    _, samples = ride(0.5, seed=1)
+    samples["at_rest"][:100] = False
+    collected, kf = [], make()
+    make(decided=collected.append).run(**samples)
+    told = []
+    for k, row in enumerate(zip(*samples.values(), strict=True)):
+        kf.step(dt=0.02 if k else 0.0, **dict(zip(list(samples)[1:], row[1:], strict=True)))
+        told.append(np.array_equal(kf.x[:, 0], kf._bank._filters.x[RESTED]) and row[-1])
+    (decisions,) = collected
+    np.testing.assert_array_equal(decisions.believed, told)
+    assert {*decisions.believed[:500]} == {False, True}  # moving, then at rest
 
 
 @pytest.mark.parametrize("motion", ["rest", "squat"])
