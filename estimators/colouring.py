@@ -113,17 +113,21 @@ def noise_states(noise: NoiseModel | ArmaModel, dt: float | Signal, *, offset_sd
     """
     if isinstance(noise, ArmaModel):
         return _arma_states(noise, dt)
-    dt = np.asarray(dt, float)
-    drifts, correlated = bool(noise.drift_rate or offset_sd), noise.has_gauss_markov
-    phi = np.exp(-dt / noise.correlation_time) if correlated else np.zeros_like(dt)
-    keep = [drifts, correlated]
-    return NoiseStates(
-        F=_diagonal([np.ones_like(dt), phi], keep),
-        Q=_diagonal([noise.drift_rate**2 * dt, noise.correlated_sd**2 * (1 - phi**2)], keep),
-        H=np.ones((1, sum(keep))),
-        R=np.array([[noise.white_sd**2]]),
-        P=_diagonal([np.array(offset_sd**2), np.array(noise.correlated_sd**2)], keep),
-    )
+    drifts = bool(noise.drift_rate or offset_sd)
+    P = np.diag([offset_sd**2] * drifts + [noise.correlated_sd**2] * noise.has_gauss_markov)
+    none = np.zeros((*np.shape(dt), *P.shape))
+    F, Q = none + np.eye(len(P)), none
+    fill_noise(F, Q, noise, dt)
+    return NoiseStates(F, Q, H=np.ones((1, len(P))), R=np.array([[noise.white_sd**2]]), P=P)
+
+
+def fill_noise(F: Signal, Q: Signal, noise: NoiseModel, dt: float | Signal) -> None:
+    """Write what depends on the interval, in s, into the F and Q of `noise_states`."""
+    if F.shape[-1] > noise.has_gauss_markov:
+        Q[..., 0, 0] = noise.drift_rate**2 * dt
+    if noise.has_gauss_markov:
+        phi = np.exp(-dt / noise.correlation_time)
+        F[..., -1, -1], Q[..., -1, -1] = phi, noise.correlated_sd**2 * (1 - phi**2)
 
 
 def block_diagonal(first: Signal, second: Signal) -> Signal:
@@ -132,14 +136,6 @@ def block_diagonal(first: Signal, second: Signal) -> Signal:
     out = np.zeros((*np.broadcast_shapes(first.shape[:-2], second.shape[:-2]), n + m, n + m))
     out[..., :n, :n] = first
     out[..., n:, n:] = second
-    return out
-
-
-def _diagonal(entries: list[Signal], keep: list[bool]) -> Signal:
-    chosen = [entry for entry, kept in zip(entries, keep, strict=True) if kept]
-    out = np.zeros((*entries[0].shape, len(chosen), len(chosen)))
-    for i, entry in enumerate(chosen):
-        out[..., i, i] = entry
     return out
 
 

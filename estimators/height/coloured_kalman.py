@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from baroarma.atmosphere import STANDARD_GRAVITY
 from baroarma.compiled import njit
 from baroarma.estimators.base import Alignment, HeightRun, HeightState
-from baroarma.estimators.colouring import block_diagonal, noise_states
+from baroarma.estimators.colouring import block_diagonal, fill_noise, noise_states
 from baroarma.estimators.height.bank import (
     AT_REST,
     REJECTED,
@@ -32,8 +32,14 @@ from baroarma.estimators.height.bank import (
     Decisions,
     Rules,
 )
-from baroarma.estimators.height.kernels import Row, Rows, Tables
-from baroarma.estimators.height.linear import LinearHeight, motion_transition, steps_of, unseen_variance
+from baroarma.estimators.height.kernels import HEIGHT, Row, Rows, Tables
+from baroarma.estimators.height.linear import (
+    LinearHeight,
+    fill_input,
+    fill_motion,
+    steps_of,
+    unseen_variance,
+)
 from baroarma.estimators.height.smoother import smooth_rows
 from baroarma.noise_model import NoiseModel
 
@@ -211,26 +217,33 @@ class ColouredKalman(LinearHeight):
         >>> np.diag(F).round(4).tolist(), F[0, :3].round(5).tolist()
         ([1.0, 1.0, 1.0, 1.0, 0.3679], [1.0, 0.75, -0.28125])
         """
-        altimeter = noise_states(self.noise, dt, offset_sd=self.offset_sd)
-        motion = motion_transition(dt, bias=True)
-        if self.barometer_lag:
-            motion = _lagged_transition(motion, np.asarray(dt, float), self.barometer_lag)
-        return block_diagonal(motion, altimeter.F)
+        return self._filled(dt)[0]
 
     def input_matrix(self, dt: float | Signal) -> Signal:
         """Return B for an interval in s, (..., m, 1)."""
-        B = super().input_matrix(dt)
-        if self.barometer_lag:
-            B[..., 3, 0] = _lagged_response(np.asarray(dt, float), self.barometer_lag)[2]
-        return B
+        return self._filled(dt)[1][..., None]
 
     def wander(self, dt: float | Signal) -> Signal:
         """Return the process noise of bias, offset and Gauss-Markov noise."""
-        altimeter = noise_states(self.noise, dt, offset_sd=self.offset_sd)
-        motion = bias_wander(dt, self.bias_walk)
+        return self._filled(dt)[2]
+
+    def _filled(self, dt: float | Signal) -> Tables:
+        """Return F, B and wander, (..., m, m), (..., m), (..., m, m)."""
+        B = np.zeros((*np.shape(dt), self.dim_x))
+        Q = np.zeros((*B.shape, self.dim_x))
+        F = Q + np.eye(self.dim_x)
+        self._fill(F, B, Q, dt)
+        return Tables(F, B, Q)
+
+    def _fill(self, F: Signal, B: Signal, Q: Signal, dt: float | Signal) -> None:
+        """Write all that depends on the interval."""
+        fill_motion(F, dt)
+        fill_input(B, dt)
+        Q[..., 2, 2] = self.bias_walk**2 * dt
         if self.barometer_lag:
-            motion = block_diagonal(motion, np.zeros((1, 1)))
-        return block_diagonal(motion, altimeter.Q)
+            _fill_lagged(F, B, dt, self.barometer_lag)
+        own = slice(4 if self.barometer_lag else 3, None)
+        fill_noise(F[..., own, own], Q[..., own, own], self.noise, dt)
 
     def initial_covariance(self) -> Signal:
         """Return P at the start: height and low-passed height are the same."""
@@ -366,20 +379,19 @@ class ColouredKalman(LinearHeight):
         # fmt: on
 
     def _tables_at(self, dt: float) -> Tables:
-        """Change what depends on the interval, unless that is much: with a jittering clock all differ."""
-        if self.barometer_lag or not self._kept:
+        """Change what depends on the interval: with a jittering clock all differ."""
+        if not self._kept:
             return super()._tables_at(dt)
         (tables,) = self._kept.values()
         F, B, Q = tables
-        F[0, 0, 1] = B[0, 1] = dt
-        F[0, 1, 2], B[0, 0] = -dt, dt**2 / 2
-        F[0, 0, 2] = -B[0, 0]
-        Q[0, 0, 0], Q[0, 2, 2] = unseen_variance(dt), self.bias_walk**2 * dt
-        if self._offset:
-            Q[0, 3, 3] = self.noise.drift_rate**2 * dt
-        if self.noise.has_gauss_markov:
-            phi = math.exp(-dt / self.noise.correlation_time)
-            F[0, -1, -1], Q[0, -1, -1] = phi, self.noise.correlated_sd**2 * (1 - phi**2)
+        self._fill(F[0], B[0], Q[0], dt)
+        Q[0, HEIGHT, HEIGHT] = unseen_variance(dt)
+        return tables
+
+    def _matrices(self, dt: Signal) -> Tables:
+        """Return what the loops read, filled at once."""
+        tables = self._filled(dt)
+        tables.Q[:, HEIGHT, HEIGHT] = unseen_variance(dt)
         return tables
 
     def _take(
@@ -424,35 +436,15 @@ def _turn_once(up: Signal, still: bool, anchor: Signal) -> float:
     return float(turned)
 
 
-def _lagged_transition(motion: Signal, dt: Signal, lag: float) -> Signal:
-    """Append the low-passed height, which follows height, velocity and acceleration exactly."""
-    F = block_diagonal(motion, np.ones((1, 1)))
-    F[..., 3, 0], F[..., 3, 1], response = _lagged_response(dt, lag)
-    F[..., 3, 2], F[..., 3, 3] = -response, np.exp(-dt / lag)
-    return F
+def _fill_lagged(F: Signal, B: Signal, dt: float | Signal, lag: float) -> None:
+    """Write how the low-passed height follows height, velocity and acceleration over dt.
 
-
-def _lagged_response(dt: Signal, lag: float) -> tuple[Signal, Signal, Signal]:
-    """Return what height 1, velocity 1 and acceleration 1 add to the low-passed height over dt.
-
-    The solution of l' = (h + v t + a t²/2 - l)/lag at t = dt.
+    The solution of l' = (h + v t + a t²/2 - l)/lag at t = dt; the bias is an acceleration that isn't there.
     """
     risen = -np.expm1(-dt / lag)
-    return risen, dt - lag * risen, dt**2 / 2 - lag * dt + lag**2 * risen
-
-
-def bias_wander(dt: float | Signal, bias_walk: float) -> Signal:
-    """Return the process noise of [height, velocity, bias] when the bias walks, (..., 3, 3).
-
-    Examples
-    --------
-    >>> bias_wander(0.25, 2.0)[2].tolist()
-    [0.0, 0.0, 1.0]
-    """
-    dt = np.asarray(dt, float)
-    Q = np.zeros((*dt.shape, 3, 3))
-    Q[..., 2, 2] = bias_walk**2 * dt
-    return Q
+    B[..., 3] = dt**2 / 2 - lag * dt + lag**2 * risen
+    F[..., 3, 0], F[..., 3, 1], F[..., 3, 2] = risen, dt - lag * risen, -B[..., 3]
+    F[..., 3, 3] = np.exp(-dt / lag)
 
 
 def needs_noise(name: str) -> str:

@@ -25,7 +25,6 @@ from baroarma.estimators.colouring import block_diagonal
 from baroarma.estimators.height.coloured_kalman import (
     ACCELERATION_SD,
     BIAS_SD,
-    bias_wander,
     needs_noise,
 )
 from baroarma.estimators.height.kernels import Rows
@@ -106,9 +105,8 @@ class DifferencedKalman(LinearHeight):
 
     def wander(self, dt: float | Signal) -> Signal:
         """Return the process noise of bias, offset and white noise."""
-        dt = np.asarray(dt, float)
-        Q = block_diagonal(bias_wander(dt, self.bias_walk), np.zeros((self.dim_x - 3, self.dim_x - 3)))
-        Q[..., 3, 3] = self.noise.drift_rate**2 * dt
+        Q = np.zeros((*np.shape(dt), self.dim_x, self.dim_x))
+        Q[..., 2, 2], Q[..., 3, 3] = self.bias_walk**2 * dt, self.noise.drift_rate**2 * dt
         if self.carries_white:
             Q[..., 4, 4] = self.noise.white_sd**2
         return Q
@@ -216,7 +214,7 @@ class DifferencedKalman(LinearHeight):
             sampled[1:2] |= self._sampled
         F = np.concatenate([self.transition(dt, True), self.transition(dt, False)])
         which = np.where(which < 0, -1, which + len(dt) * ~sampled[: len(steps)])
-        return F, np.tile(B, (2, 1, 1)), np.tile(Q, (2, 1, 1)), which
+        return F, np.tile(B, (2, 1)), np.tile(Q, (2, 1, 1)), which
 
     def _measurements(
         self, steps: Signal, altitude: Signal

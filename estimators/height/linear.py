@@ -142,9 +142,8 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         >>> Kalman(dt=0.1).input_matrix(0.1).round(6).tolist()
         [[0.005], [0.1]]
         """
-        dt = np.asarray(dt, float)
-        B = np.zeros((*dt.shape, self.dim_x, 1))
-        B[..., 0, 0], B[..., 1, 0] = dt**2 / 2, dt
+        B = np.zeros((*np.shape(dt), self.dim_x, 1))
+        fill_input(B[..., 0], dt)
         return B
 
     def process_noise(self, dt: float, acceleration_sd: float = float("nan")) -> Signal:
@@ -300,8 +299,12 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         return self._kept[dt]
 
     def _tables_at(self, dt: float) -> Tables:
-        F, B, Q = self.transition(dt), self.input_matrix(dt), self._unseen(dt)
-        return Tables(np.array([F]), np.array([B[:, 0]]), np.array([Q]))
+        return self._matrices(np.array([dt]))
+
+    def _matrices(self, dt: Signal) -> Tables:
+        """Return what the loops read of intervals in s, (n,)."""
+        B = np.ascontiguousarray(self.input_matrix(dt)[..., 0])
+        return Tables(self.transition(dt), B, self._unseen(dt))
 
     def _filter(self, rows: Rows) -> HeightRun:
         """Take rows, and stand where the last one leads."""
@@ -341,7 +344,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         rest = quiet if at_rest is None else quiet | np.asarray(at_rest, np.bool_)
         none, elapsed = np.full(n, np.nan), np.where(np.isnan(steps), 0.0, steps)
         # fmt: off
-        return Rows(F, np.ascontiguousarray(B[..., 0]), Q, *entries(F), transition,
+        return Rows(F, B, Q, *entries(F), transition,
                     H, R, measurement, z, elapsed,
                     u, sd**2 + missed**2, rest, np.full(n, self.rest_sd**2), none, none,
                     np.zeros(n), np.zeros(n), np.zeros(n), 0)
@@ -354,7 +357,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         none = np.isnan(steps)
         dt = np.unique(steps[~none])
         which = np.where(none, -1, np.searchsorted(dt, steps))
-        return self.transition(dt), self.input_matrix(dt), self._unseen(dt), which
+        return *self._matrices(dt), which
 
     def _measurements(
         self, steps: Signal, altitude: Signal
@@ -369,7 +372,7 @@ class LinearHeight(KalmanFilter, HeightEstimator):
         self.P_prior = self.P_post = self.P.copy()
 
 
-def unseen_variance(dt: float | Signal) -> Signal:
+def unseen_variance(dt: float | Signal) -> float | NDArray[np.floating[Any]]:
     """Return how far the height wanders, m², in an interval (s) too long for an acceleration to be held.
 
     White acceleration of density q moves the velocity by q dt and the height by q dt³/3; an acceleration that
@@ -380,8 +383,7 @@ def unseen_variance(dt: float | Signal) -> Signal:
     >>> unseen_variance(np.array([0.02, 2.0])).round(3).tolist()
     [0.0, 0.167]
     """
-    dt = np.asarray(dt, float)
-    return np.where(dt > STALE, UNSEEN_WALK**2 * dt**3 / 12, 0.0)
+    return (dt > STALE) * (UNSEEN_WALK**2 * dt * dt * dt / 12)
 
 
 def steps_of(t: Signal, dt: float = 0.0) -> Signal:
@@ -398,8 +400,19 @@ def motion_transition(dt: float | Signal, *, bias: bool = False) -> Signal:
     >>> motion_transition(0.1, bias=True).round(3).tolist()
     [[1.0, 0.1, -0.005], [0.0, 1.0, -0.1], [0.0, 0.0, 1.0]]
     """
-    dt = np.asarray(dt, float)
-    F = np.zeros((*dt.shape, 3, 3))
-    F[..., [0, 1, 2], [0, 1, 2]] = 1.0
-    F[..., 0, 1], F[..., 0, 2], F[..., 1, 2] = dt, -(dt**2) / 2, -dt
-    return F if bias else np.ascontiguousarray(F[..., :2, :2])
+    m = 3 if bias else 2
+    F = np.zeros((*np.shape(dt), m, m)) + np.eye(m)
+    fill_motion(F, dt)
+    return F
+
+
+def fill_motion(F: Signal, dt: float | Signal) -> None:
+    """Write what depends on the interval, in s, into the F of height, velocity and, if it has one, bias."""
+    F[..., 0, 1] = dt
+    if F.shape[-1] > 2:
+        F[..., 0, 2], F[..., 1, 2] = -(dt**2) / 2, -dt
+
+
+def fill_input(B: Signal, dt: float | Signal) -> None:
+    """Write what an acceleration that is held over dt s does to height and velocity, (..., m)."""
+    B[..., 0], B[..., 1] = dt**2 / 2, dt
