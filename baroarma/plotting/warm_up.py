@@ -11,7 +11,7 @@ from baroarma.plotting.canvas import BAND, DATA, MARK, MODEL, axes_or_new, envel
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from baroarma.identification.warming import WarmUp
+    from baroarma.identification.warmed import WarmUp
 
 
 def plot_warm_up(found: WarmUp, ax: Axes | None = None) -> Axes:

@@ -1,6 +1,5 @@
 """A warm-up is told in metres per kelvin, with an interval that the truth lies in."""
 
-import json
 from dataclasses import replace
 from functools import cache
 
@@ -9,7 +8,7 @@ import pytest
 from scipy.stats import binom
 
 from baroarma import NoiseModel, Recording, identify, read
-from baroarma.atmosphere import altitude_pressure, metres_per_pascal
+from baroarma.atmosphere import altitude_pressure
 from baroarma.identification.regression import least_squares
 from baroarma.identification.warming import warm_up
 
@@ -134,23 +133,6 @@ def test_its_regression_is_generalised_least_squares_with_the_noises_covariance(
     # both are exact; 1e-6 is what the dense solution and the filter lose in 120 steps
     assert np.allclose(coefficients, gls.params[1:], rtol=1e-6)
     assert np.allclose(ours, sds, rtol=1e-6)
-
-
-def test_the_slope_is_told_as_data_sheets_do():
-    run = found(0)
-    assert run.pascal_per_kelvin == pytest.approx(-run.slope / metres_per_pascal(100_060.0), rel=1e-3)
-    assert f"{run.pascal_per_kelvin:+.3g} Pa/K" in run.summary()
-    document = json.loads(json.dumps(run.to_dict(), allow_nan=False))
-    assert document["slope"] == run.slope
-    assert document["status"] == run.status
-    assert repr(run).startswith(f"<WarmUp of 'warmed': {run.slope:+.3g} m/K [")
-
-
-def test_its_plot_shows_height_effect_and_temperature():
-    ax = found(0).plot()
-    assert ax.get_legend().get_texts()[0].get_text() == "barometer"
-    assert ax.get_title(loc="left").startswith("warmed: starts ")
-    assert ax.figure.axes[1].get_ylabel() == "temperature (°C), dashed"
 
 
 def test_too_little_is_refused():
