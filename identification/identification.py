@@ -12,17 +12,10 @@ import numpy as np
 
 from baroarma.arma import Split
 from baroarma.finding import Finding
-from baroarma.identification.diagnostics import (
-    AveragingStudy,
-    OrderTable,
-    Outcome,
-    averaging_study,
-    cumulative_periodogram_test,
-    ljung_box,
-    order_table,
-    stationarity,
-)
+from baroarma.identification.averaging import AveragingStudy, averaging_study
+from baroarma.identification.homogeneity import stationarity
 from baroarma.identification.intervals import intervals
+from baroarma.identification.orders import OrderTable, order_table
 from baroarma.identification.preprocessing import Conditioned, WindowSettings, condition, detrend, new_samples
 from baroarma.identification.problem import Problem, Signal, Term
 from baroarma.identification.stillness import judge_disturbance
@@ -34,6 +27,7 @@ from baroarma.identification.structural import (
 )
 from baroarma.identification.surrogates import whitened_surrogate, zero_pole_cancellation
 from baroarma.identification.verdict import judge_model, judge_recording, minutes_wanting
+from baroarma.identification.whiteness import Outcome, cumulative_periodogram_test, ljung_box
 from baroarma.identification.windows import WindowsResult, identify_windows
 from baroarma.noise_model import JSON_KEYS, TERM_NAMES, NoiseModel
 from baroarma.recording import Recording

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from baroarma.finding import Finding
-from baroarma.identification.diagnostics import anova
+from baroarma.identification.homogeneity import anova
 from baroarma.identification.intervals import Z95
 from baroarma.noise_model import PARAMETERS, Interval, NoiseModel
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baroarma.identification.arma_fit import fit_windows
-from baroarma.identification.diagnostics import Outcome
 from baroarma.identification.preprocessing import Trimmed, WindowSettings, condition, trimmed_mean
+from baroarma.identification.whiteness import Outcome
 from baroarma.whitening import WhiteningFilter
 
 

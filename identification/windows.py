@@ -23,7 +23,6 @@ from numpy.typing import ArrayLike, NDArray
 from baroarma.arma import Split
 from baroarma.finding import Finding
 from baroarma.identification.arma_fit import WindowFits, coefficient_covariance, fit_windows
-from baroarma.identification.diagnostics import whiteness_of_windows
 from baroarma.identification.preprocessing import (
     Conditioned,
     Trimmed,
@@ -32,6 +31,7 @@ from baroarma.identification.preprocessing import (
     new_samples,
     trimmed_mean,
 )
+from baroarma.identification.whiteness import whiteness_of_windows
 from baroarma.noise_model import Interval, NoiseModel
 
 if TYPE_CHECKING:

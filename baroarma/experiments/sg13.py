@@ -20,7 +20,8 @@ from baroarma.experiments.methods import SENSORS, sensor_assumption
 from baroarma.experiments.processing import relative_altitude
 from baroarma.experiments.scene import Scene, cut
 from baroarma.experiments.trials import Key, Measured, Measurement, Trial
-from baroarma.identification.diagnostics import AveragingStudy, anova, averaging_study
+from baroarma.identification.averaging import AveragingStudy, averaging_study
+from baroarma.identification.homogeneity import anova
 from baroarma.identification.preprocessing import Trimmed, WindowSettings
 from baroarma.identification.surrogates import Surrogate, whitened_surrogate, zero_pole_cancellation
 from baroarma.identification.windows import identify_windows

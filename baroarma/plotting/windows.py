@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from baroarma.identification.diagnostics import AveragingStudy
+    from baroarma.identification.averaging import AveragingStudy
     from baroarma.identification.windows import WindowsResult
 
 SHOWN: Final = {
@@ -106,7 +106,7 @@ def plot_averaging(study: AveragingStudy, ax: Axes | None = None) -> Axes:
 
     >>> import matplotlib.pyplot as plt
     >>> from baroarma import NoiseModel
-    >>> from baroarma.identification.diagnostics import averaging_study
+    >>> from baroarma.identification.averaging import averaging_study
     >>> noise = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, rate_hz=50)
     >>> study = averaging_study(np.arange(15000) / 50, noise.simulate(15000, 1), averages=(1, 4))
     >>> theory = plot_averaging(study).get_lines()[3]

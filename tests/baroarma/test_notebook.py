@@ -14,7 +14,8 @@ from baroarma.estimators.calibration import Calibration
 from baroarma.experiments.result import Result
 from baroarma.experiments.result import Row as Number
 from baroarma.finding import Finding
-from baroarma.identification.diagnostics import averaging_study, order_table
+from baroarma.identification.averaging import averaging_study
+from baroarma.identification.orders import order_table
 from baroarma.identification.windows import identify_windows
 from baroarma.metrics import errors
 from baroarma.notebook import STYLE, about, number, remarks, tables

@@ -14,7 +14,7 @@ from baroarma import plotting
 from baroarma.atmosphere import altitude_pressure
 from baroarma.estimators.calibration import Calibration
 from baroarma.experiments.result import Result, Row
-from baroarma.identification.diagnostics import cumulative_periodogram_test
+from baroarma.identification.whiteness import cumulative_periodogram_test
 from baroarma.identification.windows import identify_windows
 from baroarma.plotting import canvas
 from baroarma.plotting.canvas import envelope, svg

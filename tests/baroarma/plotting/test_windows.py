@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import baroarma as ba
-from baroarma.identification.diagnostics import averaging_study
+from baroarma.identification.averaging import averaging_study
 from baroarma.identification.windows import identify_windows
 from baroarma.plotting import plot_windows
 
