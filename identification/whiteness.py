@@ -1,8 +1,8 @@
 """Is a series white?  Bartlett's cumulative periodogram and Ljung-Box.
 
 Bartlett's is not the equal-variance test of that name.  On the residuals of a fitted ARMA it is very
-conservative (it rejects 0.2 % where 5 % is meant); Ljung-Box corrects its degrees of freedom and stands beside
-it [SG13, Sec. 2.5].
+conservative (it rejects 0.2 % where 5 % is meant); Ljung-Box corrects its degrees of freedom and stands
+beside it [SG13, Sec. 2.5].
 """
 
 from __future__ import annotations
