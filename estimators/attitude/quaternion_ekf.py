@@ -34,7 +34,6 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from baroarma.atmosphere import STANDARD_GRAVITY
-from baroarma.compiled import as_array, as_rows
 from baroarma.estimators.attitude.quaternion_kernel import run_quaternion_ekf
 from baroarma.estimators.attitude.quaternion_matrices import (
     EkfSettings,
@@ -46,12 +45,13 @@ from baroarma.estimators.attitude.quaternion_matrices import (
     fill_up_jacobian,
     level_quaternion,
 )
-from baroarma.estimators.attitude.samples import forget_rate, is_lost, is_sample, levelled, take_rate
+from baroarma.estimators.attitude.samples import is_sample
+from baroarma.estimators.attitude.six_axis import SixAxisFilter
 from baroarma.estimators.attitude.vertical import normalise, vertical_acceleration
-from baroarma.estimators.base import Alignment, AttitudeEstimator, AttitudeRun, AttitudeState, Signal
+from baroarma.estimators.base import Alignment, AttitudeRun, AttitudeState, Signal
 
 
-class QuaternionEkf(AttitudeEstimator, ExtendedKalmanFilter):
+class QuaternionEkf(SixAxisFilter, ExtendedKalmanFilter):
     """Estimate attitude and accelerometer bias; a `filterpy.kalman.ExtendedKalmanFilter` of 7 states.
 
     Parameters
@@ -103,7 +103,7 @@ class QuaternionEkf(AttitudeEstimator, ExtendedKalmanFilter):
 
     def reset(self, alignment: Alignment | None = None) -> None:
         """Level the quaternion by the alignment; no bias; P0."""
-        self.alignment = alignment or Alignment()
+        self._start(alignment)
         self.x = np.zeros(7)
         fill_level(self.x[:4], np.array(self.alignment.up))
         s = self.settings
@@ -112,76 +112,21 @@ class QuaternionEkf(AttitudeEstimator, ExtendedKalmanFilter):
         self.F, self.Q = np.eye(7), np.zeros((7, 7))
         self.R = s.accel_noise_sd**2 * np.eye(3)
         self.z, self.y, self.K = np.full(3, np.nan), np.zeros(3), np.zeros((7, 3))
-        self.held, self._started = np.zeros(4), False
-        self._gyro_bias = np.array(self.alignment.gyro_bias)
 
-    def step(
-        self, *, dt: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
-    ) -> AttitudeState:
-        """Predict with the previous rate, correct with the accelerometer; see `AttitudeEstimator.step`.
+    def _loop(self, t: Signal, before: float, accel: Signal, gyro: Signal, out: AttitudeRun) -> None:
+        bias, gravity, state = self._gyro_bias, self.alignment.gravity, (self.x, self.P, self.held)
+        run_quaternion_ekf(t, before, accel, gyro, bias, gravity, self.settings, *state, *out)
 
-        Compiled, and leaves F, Q, K, y, S alone; `step_by_filterpy` is the same and fills them.
-        """
-        up, vertical, sd = self._take(np.array([dt if self._started else 0.0]), 0.0, accel, gyro)
-        return AttitudeState(up[0], float(vertical[0]), float(sd[0]))
+    def _fill(self, dt: float) -> None:
+        fill_quaternion_transition(self.F, self.held, dt, self.settings.bias_decay)
+        fill_quaternion_noise(self.Q, self.x, self.P, dt, self.settings)
 
-    def step_by_filterpy(
-        self, *, dt: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
-    ) -> AttitudeState:
-        """Do what `step` does, by filterpy's own `predict` and `update`: the compiled loop's reference.
+    def _level(self, accel: Signal) -> bool:
+        return level_quaternion(self.x, self.P, accel, self.settings.initial_quaternion_sd)
 
-        Examples
-        --------
-        >>> force, rate = np.array([0.1, 0.2, 9.8]), np.array([0.01, 0.0, 0.02])
-        >>> compiled, reference = QuaternionEkf(), QuaternionEkf()
-        >>> a = [compiled.step(dt=0.02, accel=force, gyro=rate).acceleration for _ in range(3)]
-        >>> b = [reference.step_by_filterpy(dt=0.02, accel=force, gyro=rate).acceleration for _ in range(3)]
-        >>> bool(np.allclose(a, b, rtol=0, atol=1e-12))
-        True
-        """
-        s, dt = self.settings, dt if self._started else 0.0
-        accel, gyro = as_array(accel), as_array(gyro)
-        self.held[:] = forget_rate(self.held, dt)
-        fill_quaternion_transition(self.F, self.held, dt, s.bias_decay)
-        fill_quaternion_noise(self.Q, self.x, self.P, dt, s)
-        self.predict()
-        if is_sample(accel) and is_lost(self.held):
-            if level_quaternion(self.x, self.P, accel, s.initial_quaternion_sd):
-                self.held[:] = levelled(self.held)
-        elif is_sample(accel):
-            self.update(accel, self._selected_jacobian, self._force, args=(accel,))
-            normalise(self.x[:4])
-        self.x_post, self.P_post = self.x.copy(), self.P.copy()
-        self.held[:] = take_rate(self.held, gyro, self._gyro_bias)
-        self._started = True
-        return self._state(accel)
-
-    def run(
-        self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None, *, dt: float = 0.0
-    ) -> AttitudeRun:
-        """Take all samples, compiled; the filter then stands where the last `step` would leave it."""
-        return self._take(t, float(t[0]) - dt if len(t) else 0.0, accel, gyro)
-
-    def _take(self, t: Signal, before: float, accel: Signal, gyro: Signal) -> AttitudeRun:
-        """Take samples, the first of them t[0] - before after what came before it."""
-        n, t = len(t), as_rows(t)
-        out = AttitudeRun(np.empty((n, 3)), np.empty(n), np.empty(n))
-        run_quaternion_ekf(
-            t,
-            before,
-            as_rows(accel, 3),
-            as_rows(gyro, 3),
-            self._gyro_bias,
-            self.alignment.gravity,
-            self.settings,
-            self.x,
-            self.P,
-            self.held,
-            *out,
-        )
-        self._started = self._started or n > 0
-        self.x_post, self.P_post = self.x.copy(), self.P.copy()
-        return out
+    def _correct(self, accel: Signal) -> None:
+        self.update(accel, self._selected_jacobian, self._force, args=(accel,))
+        normalise(self.x[:4])
 
     def _force(self, x: Signal) -> Signal:
         return expected_force(x, self.alignment.gravity)

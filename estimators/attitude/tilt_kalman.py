@@ -28,8 +28,8 @@ from typing import Literal
 import numpy as np
 from filterpy.kalman import KalmanFilter
 
-from baroarma.compiled import as_array, as_rows
-from baroarma.estimators.attitude.samples import forget_rate, is_lost, is_sample, levelled, take_rate
+from baroarma.estimators.attitude.samples import is_sample
+from baroarma.estimators.attitude.six_axis import SixAxisFilter
 from baroarma.estimators.attitude.tilt_kernel import (
     TiltSettings,
     fill_tilt_noise,
@@ -39,10 +39,10 @@ from baroarma.estimators.attitude.tilt_kernel import (
     tilt_measurement_variance,
 )
 from baroarma.estimators.attitude.vertical import normalise, vertical_acceleration
-from baroarma.estimators.base import Alignment, AttitudeEstimator, AttitudeRun, AttitudeState, Signal
+from baroarma.estimators.base import Alignment, AttitudeRun, AttitudeState, Signal
 
 
-class TiltKalman(AttitudeEstimator, KalmanFilter):
+class TiltKalman(SixAxisFilter, KalmanFilter):
     """Estimate the vertical in sensor axes; a `filterpy.kalman.KalmanFilter` of 3 states.
 
     The paper prints none of these values.
@@ -97,86 +97,31 @@ class TiltKalman(AttitudeEstimator, KalmanFilter):
 
     def reset(self, alignment: Alignment | None = None) -> None:
         """Start from the alignment's vertical, uncertain across but not along it; no acceleration."""
-        self.alignment = alignment or Alignment()
+        self._start(alignment)
         self.x = np.array(self.alignment.up)
         self.P = self.initial_tilt_sd**2 * (np.eye(3) - np.outer(self.x, self.x))
         self.F, self.Q = np.eye(3), np.zeros((3, 3))
         self.H = self.alignment.gravity * np.eye(3)
         self.z, self.y = np.full(3, np.nan), np.zeros(3)
-        self.held, self.external = np.zeros(4), np.zeros(3)
-        self._started, self._gyro_bias = False, np.array(self.alignment.gyro_bias)
+        self.external = np.zeros(3)
 
-    def step(
-        self, *, dt: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
-    ) -> AttitudeState:
-        """Predict with the previous rate, correct with the accelerometer; see `AttitudeEstimator.step`.
+    def _loop(self, t: Signal, before: float, accel: Signal, gyro: Signal, out: AttitudeRun) -> None:
+        bias, gravity, state = self._gyro_bias, self.alignment.gravity, (self.x, self.P, self.held)
+        run_tilt_kalman(t, before, accel, gyro, bias, gravity, self.settings, *state, self.external, *out)
 
-        Compiled, and leaves F, Q, R, K, y, S alone; `step_by_filterpy` is the same and fills them.
-        """
-        up, vertical, sd = self._take(np.array([dt if self._started else 0.0]), 0.0, accel, gyro)
-        return AttitudeState(up[0], float(vertical[0]), float(sd[0]))
+    def _fill(self, dt: float) -> None:
+        fill_tilt_transition(self.F, self.held, dt, self.settings.exponential)
+        fill_tilt_noise(self.Q, self.x, dt, self.settings.gyro_noise_sd)
 
-    def step_by_filterpy(
-        self, *, dt: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
-    ) -> AttitudeState:
-        """Do what `step` does, by filterpy's own `predict` and `update`: the compiled loop's reference.
+    def _level(self, accel: Signal) -> bool:
+        return level_vertical(self.x, self.P, accel)
 
-        Examples
-        --------
-        >>> force, rate = np.array([0.1, 0.2, 9.8]), np.array([0.01, 0.0, 0.02])
-        >>> compiled, reference = TiltKalman(), TiltKalman()
-        >>> a = [compiled.step(dt=0.02, accel=force, gyro=rate).acceleration for _ in range(3)]
-        >>> b = [reference.step_by_filterpy(dt=0.02, accel=force, gyro=rate).acceleration for _ in range(3)]
-        >>> bool(np.allclose(a, b, rtol=0, atol=1e-12))
-        True
-        """
-        s, dt = self.settings, dt if self._started else 0.0
-        accel, gyro = as_array(accel), as_array(gyro)
-        self.held[:] = forget_rate(self.held, dt)
-        fill_tilt_transition(self.F, self.held, dt, s.exponential)
-        fill_tilt_noise(self.Q, self.x, dt, s.gyro_noise_sd)
-        self.predict()
-        if is_sample(accel) and is_lost(self.held):
-            if level_vertical(self.x, self.P, accel):
-                self.held[:] = levelled(self.held)
-        elif is_sample(accel):
-            self.R = tilt_measurement_variance(self.external, s) * np.eye(3)
-            self.update(accel - s.acceleration_memory * self.external)
-        normalise(self.x)
-        self.x_post, self.P_post = self.x.copy(), self.P.copy()
-        self.held[:] = take_rate(self.held, gyro, self._gyro_bias)
-        self._started = True
-        return self._state(accel)
-
-    def run(
-        self, t: Signal, accel: Signal, gyro: Signal, attitude: Signal | None = None, *, dt: float = 0.0
-    ) -> AttitudeRun:
-        """Take all samples, compiled; the filter then stands where the last `step` would leave it."""
-        return self._take(t, float(t[0]) - dt if len(t) else 0.0, accel, gyro)
-
-    def _take(self, t: Signal, before: float, accel: Signal, gyro: Signal) -> AttitudeRun:
-        """Take samples, the first of them t[0] - before after what came before it."""
-        n, t = len(t), as_rows(t)
-        out = AttitudeRun(np.empty((n, 3)), np.empty(n), np.empty(n))
-        run_tilt_kalman(
-            t,
-            before,
-            as_rows(accel, 3),
-            as_rows(gyro, 3),
-            self._gyro_bias,
-            self.alignment.gravity,
-            self.settings,
-            self.x,
-            self.P,
-            self.held,
-            self.external,
-            *out,
-        )
-        self._started = self._started or n > 0
-        self.x_post, self.P_post = self.x.copy(), self.P.copy()
-        return out
+    def _correct(self, accel: Signal) -> None:
+        self.R = tilt_measurement_variance(self.external, self.settings) * np.eye(3)
+        self.update(accel - self.settings.acceleration_memory * self.external)
 
     def _state(self, accel: Signal) -> AttitudeState:
+        normalise(self.x)
         up = self.x.copy()
         if not is_sample(accel):
             return AttitudeState(up, math.nan, math.nan)
