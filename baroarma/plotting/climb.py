@@ -9,7 +9,7 @@ from baroarma.plotting.canvas import GAUSS_MARKOV, MODEL, axes_or_new, finish, p
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from baroarma.climbing import Climb
+    from baroarma.climbed import Climb
 
 
 def plot_climb(climb: Climb, ax: Axes | None = None) -> Axes:
@@ -29,7 +29,7 @@ def plot_climb(climb: Climb, ax: Axes | None = None) -> Axes:
     Examples
     --------
     >>> import numpy as np
-    >>> from baroarma.climbing import Climb
+    >>> from baroarma.climbed import Climb
     >>> t, height = np.array([0.0, 9.0, 12.0]), np.array([0.0, 3.0, 2.0])
     >>> ax = plot_climb(Climb(3.0, 1.0, 0.1, 0.1, 1, 0, t, height))
     >>> ax.get_legend_handles_labels()[1]

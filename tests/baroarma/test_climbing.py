@@ -3,14 +3,12 @@
 import json
 from dataclasses import replace
 from functools import cache
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 import baroarma as ba
-from baroarma.climbing import BELIEVED, Climb, _Errors, climb
+from baroarma.climbing import climb
 from baroarma.simulation import BMP085, simulate
 from baroarma.track import Track
 
@@ -152,46 +150,6 @@ def test_the_weather_does_not_climb():
     assert climb(hill).floors_up == 10
 
 
-def test_the_sd_of_a_change_is_that_of_the_steady_kalman_filter():
-    from filterpy.kalman import KalmanFilter
-    from scipy.linalg import expm
-
-    from baroarma.climbing import _Errors
-
-    kf, dt, q, r = KalmanFilter(2, 1), 0.02, 0.02**2, 0.3**2 / 50  # densities of acceleration and altitude
-    kf.F, kf.H = np.array([[1, dt], [0, 1]]), np.array([[1.0, 0]])
-    kf.Q, kf.R = q * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]]), np.array([[r / dt]])
-    for _ in range(20_000):
-        kf.predict()
-        kf.update(0.0)
-    A = np.array([[0, 1], [0, 0]]) - kf.K / dt @ kf.H
-    n = 3000
-    sd_h, sd_v = np.sqrt(np.diag(kf.P))
-    t = dt * np.arange(n)
-    errors = _Errors(Track(t, 0 * t, 0 * t, np.full(n, sd_h), np.full(n, sd_v), 0 * t))
-    for lag in (0.1, 1.0, 5.0, 20.0):
-        cov = (expm(A * lag) @ kf.P)[0, 0]
-        # the formula is the filter's in continuous time: of order dt times its bandwidth, 0.4 rad/s, 1 %
-        exact_sd = np.sqrt(2 * (kf.P[0, 0] - cov))
-        assert errors.change_sd(0, round(lag / dt)) == pytest.approx(exact_sd, rel=0.02)
-
-
-def test_the_sd_of_the_sum_is_that_of_all_pairs():
-    from baroarma.climbing import _Errors, turning_points
-
-    track, found, _ = runs("lift", speed=0.5)[0]
-    errors = _Errors(track)
-    turns = turning_points(track.height, errors, 0.2, BELIEVED)
-    up = np.diff(track.height[turns]) > 0
-    w = np.append(0.0, up) - np.append(up, 0.0)
-    s, x = errors.sd_now[turns], errors.x[turns]
-    lag = np.abs(x[:, None] - x)
-    C = np.outer(s, s) * np.exp(-lag) * np.cos(lag) + errors.growth * np.minimum(
-        errors.t[turns][:, None], errors.t[turns]
-    )
-    assert found.ascent_sd == pytest.approx(np.sqrt(w @ C @ w), rel=1e-6)  # lags beyond 20 are left out
-
-
 def test_it_is_told_in_words_json_html_and_a_plot():
     track, found, _ = runs("stairs", floor_height=3.2, steps=18)[0]
     assert f"climbs {found.ascent:.2f} m" in track.summary()
@@ -241,51 +199,6 @@ def test_a_swing_as_high_as_the_threshold_counts():
     assert climb(exact([0, 0.19, 0])).ascent == 0.0
 
 
-def test_the_sd_of_one_swing_is_that_of_the_change():
-    t = np.arange(200.0)
-    for growth in (0.0, 1e-4):
-        hill = Track(
-            t,
-            10 * np.exp(-(((t - 90) / 20) ** 2)),
-            0 * t,
-            np.sqrt(0.04 + growth * t),
-            np.full(200, 0.001),
-            0 * t,
-        )
-        errors = _Errors(hill)
-        assert errors.growth == pytest.approx(growth, abs=1e-12)
-        turns = np.array([10, 90])
-        assert errors.sd(turns, np.array([True])) == pytest.approx(errors.change_sd(10, 90))
-        assert errors.sd(turns, np.array([False])) == 0.0
-        # x = lag sigma_v/(sqrt 2 sigma_h), sigma_h without its growth
-        x = 80 * 0.001 / (np.sqrt(2) * 0.2)
-        assert errors.change_sd(10, 90) ** 2 == pytest.approx(
-            0.08 * (1 - np.exp(-x) * np.cos(x)) + growth * 80
-        )
-        assert errors.change_sd(10, 10) == 0.0
-
-
-def test_errors_far_apart_are_independent():
-    errors = _Errors(known(np.zeros(400), height_sd=0.1, velocity_sd=0.05))
-    assert errors.change_sd(0, 399) == pytest.approx(0.1 * np.sqrt(2))
-    # up, down, up, each 100 s: four turning points, of which the sum of the two ups uses all once
-    turns = np.array([0, 100, 200, 300])
-    assert errors.sd(turns, np.array([True, False, True])) == pytest.approx(0.2)
-    assert errors.sd(turns, np.array([True, True, True])) == pytest.approx(0.1 * np.sqrt(2))
-
-
-def test_growth_is_that_of_the_variance_over_a_minute_and_never_negative():
-    t = np.arange(300.0)
-    for sd, growth in ((np.sqrt(1 + 0.01 * t), 0.01), (np.sqrt(4 - 0.01 * t), 0.0), (np.ones(300), 0.0)):
-        assert _Errors(Track(t, 0 * t, 0 * t, sd, sd, 0 * t)).growth == pytest.approx(growth, abs=1e-12)
-    short = t[:60]
-    sd = np.sqrt(1 + 0.01 * short)
-    assert _Errors(Track(short, 0 * short, 0 * short, sd, sd, 0 * short)).growth == 0.0
-    later = 1e6 + t  # a clock may start anywhere
-    sd = np.sqrt(1 + 0.01 * t)
-    assert _Errors(Track(later, 0 * t, 0 * t, sd, sd, 0 * t)).growth == pytest.approx(0.01)
-
-
 def test_a_turns_height_is_the_mean_of_what_can_not_be_told_from_its_extreme():
     rng = np.random.default_rng(4)
     wiggle = 0.02 * rng.uniform(-1, 1, 50)
@@ -297,43 +210,6 @@ def test_a_turns_height_is_the_mean_of_what_can_not_be_told_from_its_extreme():
     assert climb(exact(height)).height.max() == height.max()
     # a threshold of one's own goes from extreme to extreme
     assert climb(known(height, height_sd=0.1, velocity_sd=100.0), threshold=1.0).ascent == height.max()
-
-
-def test_a_plateau_ends_where_it_is_broken():
-    # the second time at 5 m, after a dip to 3 m that is no swing of 2.5 m, is not of the same plateau
-    height = np.array([0, 0, 5.0, 5.1, 3.0, 5.0, 5.0, 0, 0])
-    errors = _Errors(known(height, height_sd=0.1, velocity_sd=100.0))
-    assert errors.level(height, 0, 3, 8) == pytest.approx(5.05)
-    assert errors.level(height, 3, 3, 8) == pytest.approx(5.1)
-    assert errors.level(height, 0, 0, 3) == 0.0
-    assert errors.level(height, 4, 8, 8) == 0.0
-
-
-def test_up_and_down_are_not_confused():
-    up = Climb(1.5, 0.25, 0.5, 0.125, 2, 1, np.arange(3.0), np.array([0, 1.5, 1.25]), "a <b>")
-    assert repr(up) == "<Climb of 'a <b>': up 1.50 ± 0.50 m, down 0.25 ± 0.12 m, floors 2 up, 1 down>"
-    assert up.summary() == (
-        "climbs 1.50 m (sd 0.5), descends 0.25 m (sd 0.12) in 2 swings; floors: 2 up, 1 down"
-    )
-    assert "in 1 swing;" in replace(up, t=up.t[:2], height=up.height[:2]).summary()
-    assert up.to_dict() == {
-        "ascent_m": 1.5,
-        "ascent_sd_m": 0.5,
-        "descent_m": 0.25,
-        "descent_sd_m": 0.125,
-        "floors_up": 2,
-        "floors_down": 1,
-        "turning_points": {"time_s": [0, 1, 2], "height_m": [0, 1.5, 1.25]},
-    }
-    root = ElementTree.fromstring(up._repr_html_())
-    assert root.find("caption").text == "a <b>"
-    assert [[cell.text for cell in row] for row in root.iter("tr")] == [
-        [None, "m", "sd m", "floors"],
-        ["up", "1.50", "0.50", "2"],
-        ["down", "0.25", "0.12", "1"],
-    ]
-    ax = Figure().subplots()
-    assert up.plot(ax) is ax
 
 
 def test_a_climb_keeps_the_name_and_its_own_times():
