@@ -51,7 +51,7 @@ def _stamp(own: object, names: Mapping[str, Any]) -> str:
     for name, value in names.items():
         if index := _index(value):
             parts.append(f"{name}: {index._source_stamp}")
-        elif isinstance(value, float | int | str | tuple):
+        elif isinstance(value, float | int | str | tuple) and not name.startswith("__"):
             parts.append(f"{name}: {value!r}")
         elif isinstance(value, type) and issubclass(value, tuple):
             parts.append(f"{name}: {getattr(value, '_fields', ())}")

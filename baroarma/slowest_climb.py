@@ -233,7 +233,7 @@ def watch(recording: Recording, noise: NoiseModel, *, attitude: str = "reference
     attitude : str
         Name of an attitude estimator; default: the given one, so that the attitude isn't the question.
     """
-    _imu(recording)
+    _imu(recording)  # or there is nothing to watch
     decided: list[Decisions] = []
     settings = {"decided": decided.append}
     track = Tracker(noise=noise, attitude=attitude, height_settings=settings).run(recording)
