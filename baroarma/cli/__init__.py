@@ -1,9 +1,9 @@
 """The command line: `baroarma COMMAND ...`.
 
 Exit codes: 0 done; 1 the data don't support the request (the verdict says why and what to do, and no output
-file is written); 2 unreadable input or wrong usage; 130 interrupted by Ctrl-C, 143 by SIGTERM.  Every failure
-is one plain sentence on stderr.  Results go to stdout, all else to stderr; with ``--json`` stdout is one JSON
-document.
+file is written), or rows of a stream were skipped; 2 unreadable input or wrong usage; 130 interrupted by
+Ctrl-C, 143 by SIGTERM.  Every failure is one plain sentence on stderr.  Results go to stdout, all else to
+stderr; with ``--json`` stdout is one JSON document.
 
 The modules behind the commands import what they need when they run, so that ``--help`` answers at once.
 """

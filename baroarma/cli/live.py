@@ -1,7 +1,8 @@
 """What `baroarma track -` does: a row comes, its answer goes, and a plot beside it for who watches.
 
-The answer to a row is written before the next one is read.  The plot is drawn by a thread of its own, a few
-times a second, on stderr's terminal; the thread that answers only hands it numbers, and waits for nobody.
+The answer to a row is written before the next one is read.  A row that can't be read is skipped and told: a
+cable loses a byte now and then, and that must not end a flight.  The plot is drawn by a thread of its own, a
+few times a second, on stderr's terminal; the thread that answers only hands it numbers, and waits for nobody.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import click
 from baroarma.atomic import replacing
 from baroarma.cli.common import Refusal
 from baroarma.cli.loudness import say
+from baroarma.cli.skipped_rows import SkippedRows
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -56,18 +58,19 @@ def track_live(tracker: Tracker, lines: Iterable[str], out: str | None, plot: Li
     Raises
     ------
     Refusal
-        If the data don't support the request, or end within the alignment.
+        If the data don't support the request, or end within the alignment; at the end, if rows were skipped.
     UnreadableError
-        If a line can't be understood.
+        If the header can't be understood or not one row can be read, or time goes backwards.
     """
     from baroarma.track import COLUMNS
 
     answer, count, failure = None, 0, None
     is_silent = plot is not None and sys.stdout.isatty()
-    with _writer(out, is_silent=is_silent) as write, plot or nullcontext():
+    skipped = SkippedRows(is_told_late=plot is not None)
+    with skipped, _writer(out, is_silent=is_silent) as write, plot or nullcontext():
         write(",".join(COLUMNS))
         try:
-            for answer in _answers(tracker, lines):
+            for answer in _answers(tracker, lines, skipped):
                 write(",".join(map(repr, answer)))
                 count += 1
                 if plot:
@@ -76,25 +79,28 @@ def track_live(tracker: Tracker, lines: Iterable[str], out: str | None, plot: Li
             failure = error
         if answer is None:
             raise failure or Refusal("the rows ended within the first second, which aligns; send more")
-    say(_summary(answer, count) + (f" -> {out}" if out else ""))
+    say(_summary(answer, count, skipped.count) + (f" -> {out}" if out else ""))
+    if skipped.count:
+        failure = failure or Refusal(skipped.summary())
     if failure:
         raise failure
 
 
-def _summary(answer: Answer, count: int) -> str:
+def _summary(answer: Answer, count: int, skipped: int) -> str:
     t, height, velocity, height_sd, velocity_sd = answer
+    rows = f"{count} rows answered" + (f", {skipped} skipped" if skipped else "")
     return (
-        f"{count} rows answered; at {t:.2f} s height {height:+.3f} m (sd {height_sd:.2g}), velocity "
+        f"{rows}; at {t:.2f} s height {height:+.3f} m (sd {height_sd:.2g}), velocity "
         f"{velocity:+.3f} m/s (sd {velocity_sd:.2g})"
     )
 
 
-def _answers(tracker: Tracker, lines: Iterable[str]) -> Iterator[Answer]:
+def _answers(tracker: Tracker, lines: Iterable[str], skipped: SkippedRows) -> Iterator[Answer]:
     """Yield the answer to each row as soon as it has come; those of the alignment have none."""
     from baroarma.formats.rows import sample_reader
 
     last = math.nan
-    for sample in sample_reader(lines):
+    for sample in sample_reader(lines, skipped):
         try:
             state = tracker.step(
                 dt=sample.t - last, pressure=sample.pressure, accel=sample.accel, gyro=sample.gyro

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import sys
 from typing import TYPE_CHECKING, Any
@@ -129,7 +130,8 @@ def track(
 
     With - as RECORDING, CSV rows are read from stdin and answered one by one; the first second, at rest,
     aligns and has no answer.  There a cell without a new sample must be empty: a reading that the logger
-    merely repeats can't be told from a new one as it comes.
+    merely repeats can't be told from a new one as it comes.  A row that can't be read is skipped and told;
+    the exit code is then 1.
 
     --plot draws on stderr, so that stdout stays CSV.  Where both are one terminal, the plot alone is shown.
     """
@@ -262,5 +264,7 @@ def _live(tracker: Tracker, plot: bool, window: float | None, out: str | None) -
         raise click.UsageError(f"with - the rows are written as CSV as they come; give {out} another suffix")
     if tracker.noise is None and tracker.settings.needs_noise:
         say("warning (default-noise): without --noise that of a BMP085 is taken; identify your barometer's")
+    if isinstance(sys.stdin, io.TextIOWrapper):
+        sys.stdin.reconfigure(errors="replace")  # a byte that is no text spoils its row, not the stream
     console = terminal() if plot else None
     track_live(tracker, sys.stdin, out, LivePlot(console, window or WINDOW) if console else None)

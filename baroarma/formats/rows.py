@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,13 +32,23 @@ class Sample(NamedTuple):
     gyro: NDArray[np.float64] | None
 
 
-def sample_reader(lines: Iterable[str]) -> Iterator[Sample]:
+def refuse(error: UnreadableError) -> NoReturn:
+    """Let the first row that can't be read end the stream."""
+    raise error
+
+
+def sample_reader(
+    lines: Iterable[str], bad_row: Callable[[UnreadableError], object] = refuse
+) -> Iterator[Sample]:
     """Turn CSV lines, the header first, into samples, each as soon as its line is there.
 
     Parameters
     ----------
     lines : iterable of str
         Lines with the columns of a recording file; empty lines are passed over.
+    bad_row : callable
+        Takes what is wrong with a row that can't be read, which names the line.  If it returns, the row is
+        skipped, as if it had never been sent; by default it raises.
 
     Yields
     ------
@@ -48,32 +58,48 @@ def sample_reader(lines: Iterable[str]) -> Iterator[Sample]:
     Raises
     ------
     UnreadableError
-        If the header lacks time or pressure, a row has another number of cells, a cell is no number, or time
-        does not increase; the message names the line.
+        If the header lacks time or pressure, not one of the rows can be read, time does not increase, or a
+        line is endless; and what `bad_row` raises for a row with another number of cells, without a time, or
+        with a cell that is no number or can't be.  The message names the line.
 
     Examples
     --------
     >>> next(sample_reader(["time_s,pressure_hpa", "0.5,1013.25"])).pressure
     101325.0
+    >>> lines = ["time_s,pressure_pa", "0.00,101325", "0.02,", "0.04;101326", "0.06,101327"]
+    >>> [sample.t for sample in sample_reader(lines, print)]
+    standard input, line 4: 1 cells, but the header has 2 columns
+    [0.0, 0.02, 0.06]
     """
     numbered = _numbered(lines)
-    header = next((line for _, line in numbered if line), "")
-    names = [name.strip() for name in header.lstrip("\ufeff").split(",")]
-    places = choose_columns(SOURCE, names)
-    fields = {COLUMNS[name].field for name in places}
-    if "pressure" not in fields:
-        raise UnreadableError(f"{SOURCE}: there is no pressure among the columns {header!r}; add pressure_pa")
-    last = -math.inf
+    count, places = _header(next((line for _, line in numbered if line), ""))
+    last, first_bad = -math.inf, None
     for i, line in numbered:
         if not line:
             continue
-        sample = _sample(i, line.split(","), len(names), places)
+        try:
+            sample = _sample(i, line.split(","), count, places)
+        except UnreadableError as error:
+            first_bad = first_bad or error
+            bad_row(error)
+            continue
         if not sample.t > last:
             raise UnreadableError(
                 f"{SOURCE}, line {i}: time must increase, but {sample.t:g} s follows {last:g} s"
             )
         last = sample.t
         yield sample
+    if first_bad and last == -math.inf:
+        raise UnreadableError(f"not one row could be read; {first_bad}")
+
+
+def _header(line: str) -> tuple[int, Mapping[str, int]]:
+    """Return how many columns there are, and where ours are."""
+    names = [name.strip() for name in line.lstrip("\ufeff").split(",")]
+    places = choose_columns(SOURCE, names)
+    if not any(COLUMNS[name].field == "pressure" for name in places):
+        raise UnreadableError(f"{SOURCE}: there is no pressure among the columns {line!r}; add pressure_pa")
+    return len(names), places
 
 
 def _numbered(lines: Iterable[str]) -> Iterator[tuple[int, str]]:
@@ -104,6 +130,8 @@ def _sample(i: int, cells: list[str], count: int, places: Mapping[str, int]) -> 
             values[column.field][column.axis] = value
         else:
             scalars[column.field] = value
+    if math.isnan(scalars["t"]):
+        raise UnreadableError(f"{SOURCE}, line {i}: the time is missing; every row needs one, in s")
     return Sample(scalars["t"], scalars["pressure"], values.get("accel"), values.get("gyro"))
 
 

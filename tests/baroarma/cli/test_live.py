@@ -14,6 +14,7 @@ import pytest
 from rich.console import Console
 
 from baroarma.cli import main
+from baroarma.cli.common import Refusal
 from baroarma.cli.live import MOST_ROWS, LivePlot, track_live
 from baroarma.formats import write_csv
 from baroarma.simulation import BMP085, simulate
@@ -62,10 +63,74 @@ def test_the_answers_may_go_to_a_file(lines, tracker, tmp_path, capsys):
     assert (tmp_path / "t.csv").read_text() == capsys.readouterr().out
 
 
-def test_a_bad_row_ends_it_but_what_was_answered_stays(lines, tracker, tmp_path):
-    with pytest.raises(ValueError, match="line 82"):
-        track_live(tracker, [*lines[:81], "soon,1\n"], str(tmp_path / "t.csv"), None)
+def answers_to(lines, monkeypatch, capsys, *arguments):
+    """Return exit code, answers and what was said of a stream of bytes."""
+    data = io.BytesIO(b"".join(line if isinstance(line, bytes) else line.encode() for line in lines))
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(data, encoding="utf-8"))
+    code = main(["track", "-", *arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err.splitlines()
+
+
+GARBLED = {
+    "a byte that is no text": lambda row: b"\xff" + row[1:],
+    "half a row": lambda row: row[: len(row) // 2] + b"\n",
+    "two rows in one": lambda row: row.rstrip() + row,
+    "a cell that is no number": lambda row: row.replace(b".", b"/", 1),
+    "another header, after a restart": lambda row: b"time_s,pressure_pa\n",
+    "a comment": lambda row: b"# low battery\n",
+}
+
+
+@pytest.mark.parametrize("garble", GARBLED.values(), ids=GARBLED)
+@pytest.mark.parametrize("at", [1, 20, 82, 400])
+def test_a_garbled_row_is_skipped_told_and_leaves_the_others_answers(lines, monkeypatch, capsys, garble, at):
+    garbled = [*lines[:at], garble(lines[at].encode()), *lines[at + 1 :]]
+    code, out, said = answers_to(garbled, monkeypatch, capsys)
+    assert (code, out) == (1, answers_to([*lines[:at], *lines[at + 1 :]], monkeypatch, capsys)[1])
+    (told,) = [line for line in said if "skipped-row" in line]
+    assert told.startswith(f"warning (skipped-row): standard input, line {at + 1}: ")
+    assert said[-1].startswith("baroarma: 1 row skipped that could not be read; look for ")
+    assert re.match(f"{len(out.splitlines()) - 1} rows answered, 1 skipped; at 7.9[68] s", said[-2])
+
+
+def test_after_the_first_few_garbled_rows_the_others_are_counted(lines, monkeypatch, capsys, tmp_path):
+    garbled = [line if k == 0 or k % 4 else "?\n" for k, line in enumerate(lines)]
+    code, _, said = answers_to(garbled, monkeypatch, capsys, "--out", str(tmp_path / "t.csv"))
+    told = [line for line in said if "skipped-row" in line]
+    assert [int(re.search(r"line (\d+):", line).group(1)) for line in told] == [5, 9, 13, 17, 21]
+    assert [line.endswith("further ones are only counted") for line in told] == [False] * 4 + [True]
+    assert (code, said[-1].partition(";")[0]) == (1, "baroarma: 100 rows skipped that could not be read")
+    assert len((tmp_path / "t.csv").read_text().splitlines()) > 200
+
+
+def test_a_stream_without_one_row_that_can_be_read_is_unreadable(lines, monkeypatch, capsys, tmp_path):
+    garbled = [lines[0], *["?\n"] * 100]
+    code, out, said = answers_to(garbled, monkeypatch, capsys, "--out", str(tmp_path / "t.csv"))
+    assert (code, out, list(tmp_path.iterdir())) == (2, "", [])
+    assert said[-1].startswith("baroarma: not one row could be read; standard input, line 2: 1 cells, but ")
+
+
+def test_a_clock_that_goes_backwards_ends_it_but_what_was_answered_stays(lines, tracker, tmp_path, capsys):
+    with pytest.raises(ValueError, match="line 83: time must increase"):
+        track_live(tracker, [*lines[:81], "?\n", *lines[80:]], str(tmp_path / "t.csv"), None)
     assert len((tmp_path / "t.csv").read_text().splitlines()) == 1 + 80 - ALIGNING
+    assert "30 rows answered, 1 skipped" in capsys.readouterr().err
+
+
+def test_a_plot_is_not_disturbed_by_what_is_told_of_a_garbled_row(lines, tracker, capsys):
+    shown, said = plot(), []
+
+    def rows():
+        yield from lines[:100]
+        yield "?\n"
+        yield lines[100]
+        said.append(capsys.readouterr().err)
+
+    with pytest.raises(Refusal, match="1 row skipped"):
+        track_live(tracker, rows(), None, shown)
+    assert said == [""]
+    assert "line 101: 1 cells" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("count", [1, 2, 30])

@@ -57,13 +57,39 @@ def test_a_stream_without_imu_says_so():
         (["time_s,pressure_pa", "0,inf"], r"line 2: pressure_pa of inf can't be"),
         (["time_s,pressure_pa", "0,-5"], r"line 2: pressure_pa of -5 can't be"),
         (["time_s,pressure_pa", "0,1e5", "", "0,1e5"], r"line 4: time must increase, but 0 s follows 0 s"),
-        (["time_s,pressure_pa", ",1e5"], r"line 2: time must increase, but nan"),
+        (["time_s,pressure_pa", ",1e5"], r"line 2: the time is missing"),
         (["time_s,pressure_pa,acc_x_g", "0,1e5,1"], "of 3 accel columns there are only"),
     ],
 )
 def test_what_can_not_be_read_is_told_with_its_line(rows, says):
     with pytest.raises(UnreadableError, match=says):
         list(sample_reader(rows))
+
+
+@pytest.mark.parametrize(
+    "row",
+    ["1", "1,1e5,7", "1;1e5", "1,x", "1,1\ufffd00000", "1,\0", "1,-5", "x,1e5", ",1e5", "time_s,pressure_pa"],
+)
+def test_a_row_that_can_not_be_read_is_as_if_it_had_never_been_sent(row):
+    lines, told = ["time_s,pressure_pa", "0,1e5", "2,1e5", "3,100001"], []
+    healthy = list(sample_reader(lines))
+    assert list(sample_reader([*lines[:2], row, *lines[2:]], told.append)) == healthy
+    (error,) = told
+    assert str(error).startswith("standard input, line 3: ")
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        (["time_s", "0"], "there is no pressure"),
+        (["time_s,pressure_pa", "0", "1"], "not one row could be read; standard input, line 2: 1 cells"),
+        (["time_s,pressure_pa", "1,1e5", "x", "1,1e5"], "line 4: time must increase"),
+        (["time_s,pressure_pa", "1,1e5", "0" * LONGEST_LINE], "line 3: it is longer than 65536"),
+    ],
+)
+def test_no_skipping_helps_a_wrong_header_a_clock_that_stands_or_a_stream_without_rows(lines, says):
+    with pytest.raises(UnreadableError, match=says):
+        list(sample_reader(lines, lambda error: None))
 
 
 def test_binary_input_is_told_in_a_sentence():
