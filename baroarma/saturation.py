@@ -3,6 +3,10 @@
 A clipped signal leaves a plateau at its own greatest or least value, and enters and leaves it by steps of
 many quanta.  A smooth peak of a coarse sensor is flat, too, but its neighbours are one quantum away.  The
 range need not be known; if it is one that sensors are made for, it is named.
+
+Each axis is looked at as it is read, so the axes must be the sensor's own, in any order and with any signs,
+scales and offsets (`Calibration.apply` changes no more).  A logger that turns its readings by another angle
+spreads the plateau over three axes, where each goes on moving, and it is not seen.
 """
 
 from __future__ import annotations
@@ -24,6 +28,8 @@ PLATEAU: Final = 3
 """Rows of a plateau, or three times as many as the logger repeats each sample."""
 STEEP: Final = 4.0
 """Quanta between a plateau and its neighbours, at the median; a smooth peak has one."""
+ROUNDING: Final = 1e-9
+"""Share of its value by which a plateau may waver: gravity taken out and added again costs some 1e-16."""
 LEAST_SWING: Final = (4.0, 1.5)
 """How far from its median a plateau must be: m/s² (a range of 1.5 g is 4.9 from g), rad/s (86 deg/s)."""
 CLOSE: Final = 0.03
@@ -87,7 +93,7 @@ first at 0.82 s: the motion went beyond, and height and velocity are off from th
 
 def _plateau(x: Signal, end: float) -> NDArray[np.intp]:
     """Return the rows at which an axis stands at this end of its range; none if it is no plateau."""
-    at = np.flatnonzero(x == end)
+    at = np.flatnonzero(np.abs(x - end) <= ROUNDING * abs(end))
     return at if len(at) >= PLATEAU and _is_clipped(x, at) else at[:0]
 
 

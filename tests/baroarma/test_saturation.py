@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from baroarma.estimators.calibration import Calibration
 from baroarma.recording import Recording
 from baroarma.saturation import saturation_findings
 
@@ -61,3 +63,31 @@ def test_a_peak_that_the_logger_repeats_is_none():
 def test_a_rest_has_no_end_of_range():
     assert saturation_findings(swinging(0.0)) == []
     assert saturation_findings(Recording(t=[0.0], pressure=[1e5], gyro=[[9.0, 0.0, 0.0]])) == []
+
+
+def gravity_out_and_in(accel):
+    """Return what a phone's acceleration and its gravity give together."""
+    tilt = np.linspace(0, 0.3, len(accel))
+    gravity = G * np.stack([np.sin(tilt), 0 * tilt, np.cos(tilt)], axis=1)
+    return (accel - gravity) + gravity
+
+
+def turned(accel):
+    """Return the axes after quarter turns, with their rounding: the cosine of 90 degrees is 6e-17."""
+    return accel @ Rotation.from_euler("yx", [90, 90], degrees=True).as_matrix()
+
+
+def calibrated(accel):
+    """Return what a calibration makes of it: 1 % of scale and 0.2 m/s² stay within `CLOSE` of the range."""
+    zero = (0.0, 0.0, 0.0)
+    change = Calibration((1.01, 0.99, 1.0), (0.2, -0.1, 0.0), zero, zero, (0.01,) * 3, zero, 6, 0.01)
+    t = np.arange(len(accel)) / 100
+    return change.apply(Recording(t=t, pressure=np.full(len(t), 1e5), accel=accel, gyro=0 * accel)).accel
+
+
+@pytest.mark.parametrize("changed", [gravity_out_and_in, turned, calibrated])
+def test_arithmetic_that_keeps_the_axes_does_not_hide_a_plateau(changed):
+    log = clipped(swinging(30.0), -2 * G, 2 * G)
+    rows = np.count_nonzero(np.abs(log.accel[:, 0]) == 2 * G)
+    (found,) = saturation_findings(replace(log, accel=changed(log.accel)))
+    assert f"the end of its range (2 g), in {rows} rows" in found.message
