@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 WORKERS ?= auto
 
-.PHONY: demo test docs fuzz soak mutation coverage lint typing check clean
+.PHONY: demo test docs fuzz soak lowest mutation coverage lint typing check clean
 
 demo: .venv/user
 	$(BIN)/baroarma demo --out demo
@@ -22,6 +22,11 @@ fuzz: .venv/dev
 
 soak: .venv/dev
 	$(BIN)/python benchmarks/soak.py
+
+# All tests with the oldest versions that pyproject.toml allows of what it names, in a .venv of their own.
+LOWEST = .venv-lowest/bin
+lowest: .venv-lowest/test
+	NUMBA_CACHE_DIR=$(CURDIR)/.venv-lowest/numba $(LOWEST)/python -m pytest -n $(WORKERS)
 
 mutation: .venv/dev
 	$(BIN)/python benchmarks/mutation.py
@@ -57,5 +62,11 @@ check: lint typing test
 	$(BIN)/python -m pip install --quiet -e '.[dev]'
 	touch .venv/user $@
 
+.venv-lowest/test: pyproject.toml setup.cfg
+	$(PYTHON) -m venv --clear .venv-lowest
+	$(LOWEST)/python -m pip install --quiet uv
+	$(LOWEST)/uv pip install --quiet --python $(LOWEST)/python --resolution lowest-direct -e '.[test]'
+	touch $@
+
 clean:
-	rm -rf .venv build demo *.egg-info
+	rm -rf .venv .venv-lowest build demo *.egg-info

@@ -17,6 +17,9 @@ NOTEBOOKS = sorted(EXAMPLES.glob("*.ipynb"))
 REAL = EXAMPLES / "05_real_recordings.ipynb"
 SECONDS = 120
 """For one cell, on a busy machine; a notebook takes 5 to 30 s on an idle one."""
+MODULES = ("matplotlib._fontconfig_pattern", "matplotlib._mathtext", "pyparsing.util")
+OLDER = [f"ignore::DeprecationWarning:{name}" for name in MODULES]
+"""What an older matplotlib complains about when it meets a newer pyparsing."""
 every_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
 
@@ -27,7 +30,7 @@ def execute(path: Path, folder: Path, **environment: str):
         notebook, timeout=SECONDS, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
     )
     inherited = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}
-    client.execute(env={**inherited, "PYTHONWARNINGS": "default", **environment})
+    client.execute(env={**inherited, "PYTHONWARNINGS": ",".join(["default", *OLDER]), **environment})
     return notebook
 
 

@@ -5,7 +5,6 @@ import subprocess
 import sys
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from baroarma.cli import main
@@ -38,7 +37,8 @@ def test_the_track_goes_to_stdout_or_to_a_file(files, tmp_path, capsys):
     assert captured.out == ""
     assert "Track of 'squat' by baroarma" in captured.err
     track = Tracker(noise=BMP085.noise).run(read(files / "squat.csv"))
-    assert np.array_equal(pd.read_csv(out)["height_m"], track.height)
+    # not by pandas, which before version 3 misses a number's last bit
+    assert np.array_equal(np.loadtxt(out, delimiter=",", skiprows=1)[:, 1], track.height)
 
 
 def test_json_is_one_document(files, capsys):
