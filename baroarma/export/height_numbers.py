@@ -115,7 +115,6 @@ def _bank(rules: bank.Rules) -> Numbers:
         Number("MOST_REPEATS", bank.MOST_REPEATS, "of the same altitude, from which it is no news"),
         Number("MOST_NEWS", bank.MOST_NEWS, "that one altitude may change them by"),
         Number("SURE", bank.SURE, "log-odds from which something is believed at once"),
-        Number("DOUBT", bank.DOUBT, "chance from which what was not believed has its part in what goes on"),
         Number("CRUISE_SD", rules.cruise_sd, "of the speeds at which things move without being felt, m/s"),
         Number("EXACT", bank.EXACT, "least variance of a velocity, (m/s)²"),
         Number("MEMORY", rules.memory, "within so long a start is noticed, s"),

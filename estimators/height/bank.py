@@ -19,13 +19,13 @@ at 100 to 1 is believed again only at 1 to 100: otherwise a gust would now and t
 While the rest is refuted, it is considered anew every `recovery` s, from `free`, for a soft stop is not felt.
 It is believed at once if the velocity almost surely is that of a rest; else the altitudes have to show it.
 
-The sd of what is said is that of both possibilities: p being the probability of the one that does not speak,
-(1 - p) var + p (var' + difference²).
+The velocity's sd is that of both possibilities: p being the probability of the one that does not speak,
+(1 - p) var + p (var' + difference²).  The height's is the speaker's.
 
 A rest ends when the IMU says so, or, where a rest is sure, when the velocity of the older `recent` does: a
 soft start is seen there.  Then this filter goes on, which rested until shortly before the start and has
-integrated it since; if the odds were negative, `free` does.  If the other one may have been right, with
-more than one in twenty, what goes on has the mean and the covariance of both, and the smoother takes no rest.
+integrated it since; if the odds were negative, `free` does.  Its velocity's variance grows by p difference²,
+so that the barometer puts right soon what was wrong.
 
 A hand that rests still sways.  How fast it does is learnt from the older `recent`, too, and v = 0 holds
 within that much.
@@ -104,8 +104,6 @@ JUMP_ODDS: Final = 10.0
 """What it costs a hypothesis, in log-odds, to need a jump (chosen by us)."""
 SURE: Final = 4.6
 """Log-odds of 100 to 1 (chosen by us), from which a floor is believed."""
-DOUBT: Final = 0.05
-"""Chance from which what was not believed has its part in what goes on after a rest (chosen by us)."""
 
 
 class Rules(NamedTuple):
@@ -323,8 +321,7 @@ def run_bank(
         if flags[_FORKED]:
             if speaker(flags) == RESTED:
                 bits[k] |= BELIEVED
-            for state in (HEIGHT, VELOCITY):
-                out[2 + state, k] = _sd_of_both(state, x, P, flags)
+            out[3, k] = _sd_of_both(x, P, flags)
     if flags[_FORKED]:
         if speaker(flags) == RESTED:
             _mark(flags, bits)
@@ -499,35 +496,28 @@ def _chance(flags: Signal) -> float:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _sd_of_both(state: int, x: Signal, P: Signal, flags: Signal) -> float:
-    """Return the rms error of what the speaker says: it may be right, or the other one.
+def _sd_of_both(x: Signal, P: Signal, flags: Signal) -> float:
+    """Return the rms error of the speaker's velocity: it may be right, or the other one.
 
-    Of a rest's velocity the older recent filter's is meant: a start may have gone unnoticed for so long.
+    Of a rest's the older recent filter's variance is meant: a start may have gone unnoticed for so long.
     """
-    one, other = (RESTED, FREE) if speaker(flags) == RESTED else (FREE, RESTED)
-    p = _chance(flags)
-    own, others = P[one, state, state], P[other, state, state]
-    if state == VELOCITY and one == RESTED:
-        own = P[int(flags[_OLDER]), state, state]
-    return math.sqrt(max((1.0 - p) * own + p * (others + (x[other, state] - x[one, state]) ** 2), 0.0))
+    one, other, own = FREE, RESTED, FREE
+    if speaker(flags) == RESTED:
+        one, other, own = RESTED, FREE, int(flags[_OLDER])
+    p, off = _chance(flags), x[other, VELOCITY] - x[one, VELOCITY]
+    variance = (1.0 - p) * P[own, VELOCITY, VELOCITY] + p * (P[other, VELOCITY, VELOCITY] + off * off)
+    return math.sqrt(max(variance, 0.0))
 
 
 @njit(cache=True, error_model="numpy")
 def _join(x: Signal, P: Signal, doubt: Signal, flags: Signal, bits: NDArray[np.uint8]) -> None:
-    """Go on with one filter, of the mean and covariance of what it may have been: the rest is over."""
-    rested, p = int(flags[_OLDER]), _chance(flags)
-    if p < DOUBT:
-        p = 0.0
+    """Go on with one filter, whose velocity may have been the other one's: the rest is over."""
+    rested = int(flags[_OLDER])
     one, other = (rested, FREE) if speaker(flags) == RESTED else (FREE, rested)
-    if one == rested and p == 0.0:
+    if one == rested:
         _mark(flags, bits)
     _copy(one, 0, x, P, doubt)
-    for i in range(x.shape[1]):
-        for j in range(x.shape[1]):
-            away = (x[other, i] - x[one, i]) * (x[other, j] - x[one, j])
-            P[0, i, j] = (1.0 - p) * P[one, i, j] + p * (P[other, i, j] + (1.0 - p) * away)
-    for i in range(x.shape[1]):
-        x[0, i] = x[one, i] + p * (x[other, i] - x[one, i])
+    P[0, VELOCITY, VELOCITY] += _chance(flags) * (x[other, VELOCITY] - x[one, VELOCITY]) ** 2
     flags[_FORKED] = 0.0
 
 

@@ -12,8 +12,8 @@
  *
  * and every altitude adds the difference of the two log-likelihoods.  RESTED speaks while they are positive,
  * else FREE; once refuted, the rest is considered anew every BAROARMA_RECOVERY seconds, for a soft stop is not
- * felt.  A rest ends when the IMU says so, or when the velocity of the older RECENT does: a soft start.  The sds
- * are those of both possibilities, and so is what goes on after a doubtful rest.
+ * felt.  A rest ends when the IMU says so, or when the velocity of the older RECENT does: a soft start.  The
+ * velocity's sd is that of both possibilities.
  *
  * An altitude beyond the gate is not taken, nor are many that are off by less, but all one way.  If none was
  * taken for a while, something has really jumped: the barometer's offset if by a few metres, once and for all,
@@ -169,22 +169,13 @@ static real chance(const baroarma_height *s)
     return 1 / (1 + EXP(FABS(odds)));
 }
 
-/* The rest is over: go on with the mean and covariance of what the filter may have been. */
+/* The rest is over: go on with one filter, whose velocity may have been the other one's. */
 static void join(baroarma_height *s)
 {
     const int rests = speaker(s) == RESTED, one = rests ? s->older : FREE, other = rests ? FREE : s->older;
-    const baroarma_filter *a = &s->filters[one], *b = &s->filters[other];
-    const real p = chance(s) < BAROARMA_DOUBT ? 0 : chance(s);
-    baroarma_filter *f = &s->filters[RESTED];
-    int i, j;
+    const real off = s->filters[other].x[VELOCITY] - s->filters[one].x[VELOCITY];
     copy_filter(s, one, RESTED);
-    for (i = 0; i < STATES; i++) {
-        for (j = 0; j < STATES; j++) {
-            const real away = (b->x[i] - a->x[i]) * (b->x[j] - a->x[j]);
-            f->P[i][j] = (1 - p) * a->P[i][j] + p * (b->P[i][j] + (1 - p) * away);
-        }
-    }
-    for (i = 0; i < STATES; i++) f->x[i] = a->x[i] + p * (b->x[i] - a->x[i]);
+    s->filters[RESTED].P[VELOCITY][VELOCITY] += chance(s) * square(off);
     s->forked = 0;
 }
 
@@ -313,14 +304,14 @@ static void height_step(baroarma_height *s, real dt, real altitude, real acceler
     if (s->forked && BAROARMA_FLOORS) recognise_floor(s);
 }
 
-/* The rms error of what the speaker says of a state: it may be right, or the other one.  Of a rest's velocity
- * the older recent filter's is meant: a start may have gone unnoticed for so long. */
-static real sd_of_both(const baroarma_height *s, int state)
+/* The rms error of the speaker's velocity: it may be right, or the other one.  Of a rest's the older recent
+ * filter's variance is meant: a start may have gone unnoticed for so long. */
+static real sd_of_both(const baroarma_height *s)
 {
-    const int one = speaker(s), own = state == VELOCITY && one == RESTED ? s->older : one;
+    const int one = speaker(s), own = one == RESTED ? s->older : one;
     const baroarma_filter *other = &s->filters[one == RESTED ? FREE : RESTED];
-    const real p = chance(s), off = other->x[state] - s->filters[one].x[state];
-    return root_of((1 - p) * s->filters[own].P[state][state] + p * (other->P[state][state] + square(off)));
+    const real p = chance(s), off = other->x[VELOCITY] - s->filters[one].x[VELOCITY];
+    return root_of((1 - p) * s->filters[own].P[VELOCITY][VELOCITY] + p * (other->P[VELOCITY][VELOCITY] + square(off)));
 }
 
 static void height_tell(const baroarma_height *s, baroarma_result *result)
@@ -328,6 +319,6 @@ static void height_tell(const baroarma_height *s, baroarma_result *result)
     const baroarma_filter *f = &s->filters[speaker(s)];
     result->height = f->x[HEIGHT];
     result->velocity = f->x[VELOCITY];
-    result->height_sd = s->forked ? sd_of_both(s, HEIGHT) : root_of(f->P[HEIGHT][HEIGHT]);
-    result->velocity_sd = s->forked ? sd_of_both(s, VELOCITY) : root_of(f->P[VELOCITY][VELOCITY]);
+    result->height_sd = root_of(f->P[HEIGHT][HEIGHT]);
+    result->velocity_sd = s->forked ? sd_of_both(s) : root_of(f->P[VELOCITY][VELOCITY]);
 }

