@@ -184,9 +184,8 @@ def estimate_reference_lag(track: Track, recording: Recording, longest: float = 
     aside = [_correlation(track, recording, lags[best] + shift) for shift in (-ASIDE, ASIDE)]
     if 1 - max(aside) ** 2 < SHARP * (1 - scores[best] ** 2):
         return None  # a slow motion fits about as well at any lag
-    left, top, right = scores[best - 1 : best + 2]
-    bend = left - 2 * top + right
-    return float(lags[best] + (LAG_STEP / 2 * (left - right) / bend if bend < 0 else 0.0))
+    left, top, right = scores[best - 1 : best + 2]  # the first of the largest: left < top
+    return float(lags[best] + LAG_STEP / 2 * (left - right) / (left - 2 * top + right))
 
 
 def _correlation(track: Track, recording: Recording, lag: float) -> float:

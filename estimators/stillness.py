@@ -58,7 +58,7 @@ SHAKING_TIME: Final = 10.0
 """Time constant of the mean of squared differences, s."""
 SHAKEN: Final = 1.2
 """Times the accelerometer's own noise from which something shakes."""
-_FORCE, _RATE, _AGE, _SAMPLES, _SILENCE, _SHAKING, _LAST = 3, 6, 9, 10, 11, 12, 13
+_FORCE, _RATE, _AGE, _SILENCE, _SHAKING, _LAST = 3, 6, 9, 10, 11, 12
 """Places in the memory; the reference comes first."""
 
 
@@ -111,7 +111,7 @@ class Stillness:
         self._limits = Limits(accel_sd, gyro_sd, alignment.gravity)
         self._bias = np.array(alignment.gyro_bias)
         rest = alignment.gravity * np.array(alignment.up)  # the alignment's second has settled already
-        settled = [ALIGNED, 1.0, 0.0, accel_sd**2]
+        settled = [ALIGNED, 0.0, accel_sd**2]
         self._memory = np.concatenate([rest, rest, np.zeros(3), settled, rest])
 
     def step(self, *, dt: float, accel: Signal, gyro: Signal) -> StillnessState:
@@ -166,16 +166,12 @@ def _run(
     knock = max(LEAST_KNOCK[0], KNOCK * accel_sd) ** 2, max(LEAST_KNOCK[1], KNOCK * gyro_sd) ** 2
     shakes = (SHAKEN * accel_sd) ** 2
     for k in range(len(dt)):
-        age, samples, silence = memory[_AGE] + dt[k], memory[_SAMPLES], memory[_SILENCE] + dt[k]
+        age, silence = memory[_AGE] + dt[k], memory[_SILENCE] + dt[k]
         force = f[k, 0] * f[k, 0] + f[k, 1] * f[k, 1] + f[k, 2] * f[k, 2]
         rate = w[k, 0] * w[k, 0] + w[k, 1] * w[k, 1] + w[k, 2] * w[k, 2]
-        if not (force < LARGEST[0] ** 2 and rate < LARGEST[1] ** 2):
-            if silence > LONGEST_SILENCE + ROUNDING:
-                age, samples = 0.0, 0.0
-        else:
-            if samples == 0.0 or silence > LONGEST_SILENCE + ROUNDING:
-                samples = 0.0
-            else:
+        if force < LARGEST[0] ** 2 and rate < LARGEST[1] ** 2:
+            goes_on = silence <= LONGEST_SILENCE + ROUNDING
+            if goes_on:
                 share = dt[k] / (SHORT_MEAN + dt[k])
                 part = dt[k] / min(age, LONGEST_MEAN) if age > 0.0 else 0.0
                 for i in range(3):
@@ -183,25 +179,23 @@ def _run(
                     memory[_RATE + i] += share * (w[k, i] - bias[i] - memory[_RATE + i])
                 # noise of the short mean, and of the reference, in samples
                 spread = math.sqrt(share / (2.0 - share) + part)
-                if _disturbs(k, f, w, bias, memory, spread, accel_sd, gyro_sd, gravity, knock):
-                    samples = 0.0
+                goes_on = not _disturbs(k, f, w, bias, memory, spread, accel_sd, gyro_sd, gravity, knock)
                 for i in range(3):
                     memory[i] += part * (f[k, i] - memory[i])
-            if samples == 0.0:
+            if not goes_on:
                 for i in range(3):
                     memory[i] = memory[_FORCE + i] = f[k, i]
                     memory[_RATE + i] = w[k, i] - bias[i]
                 age = 0.0
-            samples += 1.0
-            since, silence = silence, 0.0
             if age >= SETTLED - ROUNDING:
                 square = 0.0
                 for i in range(3):
                     square += (f[k, i] - memory[_LAST + i]) ** 2
-                memory[_SHAKING] += min(since / SHAKING_TIME, 1.0) * (square / 6.0 - memory[_SHAKING])
+                memory[_SHAKING] += silence / SHAKING_TIME * (square / 6.0 - memory[_SHAKING])
+            silence = 0.0
             for i in range(3):
                 memory[_LAST + i] = f[k, i]
-        memory[_AGE], memory[_SAMPLES], memory[_SILENCE] = age, samples, silence
+        memory[_AGE], memory[_SILENCE] = age, silence
         still[k] = age >= SETTLED - ROUNDING and silence <= LONGEST_SILENCE + ROUNDING
         shaking[k] = math.sqrt(memory[_SHAKING]) if memory[_SHAKING] > shakes else math.nan
 

@@ -157,7 +157,7 @@ def _vertical(accel: Signal, static: NDArray[np.bool_], row: int, direction: int
         return None
     rest = static[row::direction]
     length = len(rest) if rest.all() else int(np.argmin(rest))
-    mean = accel[row::direction][: max(length, 1)].mean(axis=0)
+    mean = accel[row::direction][:length].mean(axis=0)
     return np.asarray(mean / np.linalg.norm(mean))
 
 

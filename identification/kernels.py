@@ -30,12 +30,10 @@ CONVERGED = 1e-13  # relative change per sample below which gain and variance st
 
 def _make_likelihood(components: int) -> Callable[..., Any]:
     """Compile the likelihood for a fixed number of Gauss-Markov components."""
-    d = components + 1
-    p = 2 + 2 * components
 
     @njit(cache=True)
     def likelihood(t, y, theta, innovations):  # type: ignore[no-untyped-def]
-        n = len(y)
+        d, p, n = components + 1, 2 + 2 * components, len(y)
         store = len(innovations) == n
         white, walk = theta[0] ** 2, theta[1] ** 2
         x, x_new = np.zeros(d), np.zeros(d)
