@@ -24,6 +24,98 @@ def feel(force, rate=None, *, duration=10.0, noise=1.0, seed=0, rate_hz=50, alig
     return t, Stillness(alignment).run(t, accel, gyro)
 
 
+def plainly(dt, f, w, alignment):
+    """What the module says, in vectors; all of its numbers once more."""
+    accel_sd = min(alignment.accel_sd, 0.2) if np.isfinite(alignment.accel_sd) else 0.04
+    gyro_sd = min(alignment.gyro_sd, 0.05) if np.isfinite(alignment.gyro_sd) else 0.003
+    reference = force = last = alignment.gravity * np.array(alignment.up)
+    turning, age, silence, square, found = np.zeros(3), 1.0, 0.0, accel_sd**2, []
+    for step, f_k, w_k in zip(dt, f, w - alignment.gyro_bias, strict=True):
+        age, silence = age + step, silence + step
+        if np.linalg.norm(f_k) < 1000 and np.linalg.norm(w_k + alignment.gyro_bias) < 100:
+            share, part = step / (0.1 + step), step / min(age, 2.0) if age else 0.0
+            force, turning = force + share * (f_k - force), turning + share * (w_k - turning)
+            spread = np.sqrt(share / (2 - share) + part)
+            disturbed = (
+                np.linalg.norm(f_k - reference) > max(1.0, 6 * accel_sd)
+                or np.linalg.norm(w_k) > max(0.3, 6 * gyro_sd)
+                or np.linalg.norm(force - reference) > max(0.3, 4 * spread * accel_sd)
+                or np.linalg.norm(turning) > max(0.15, 4 * spread * gyro_sd)
+                or abs(np.linalg.norm(reference) - alignment.gravity) > 0.3
+            )
+            reference = reference + part * (f_k - reference)
+            if disturbed or silence > 0.5:
+                reference, force, turning, age = f_k, f_k, w_k, 0.0
+            if age >= 0.5:
+                square += silence / 10 * (np.sum((f_k - last) ** 2) / 6 - square)
+            last, silence = f_k, 0.0
+        shakes = square > (1.2 * accel_sd) ** 2
+        found.append((age >= 0.5 and silence <= 0.5, np.sqrt(square) if shakes else np.nan))
+    return np.array(found).T
+
+
+def an_unquiet_life(seed, n=1500):
+    """Noise with knocks, soft starts and wild samples about the limits, at intervals exact in binary."""
+    rng = np.random.default_rng(seed)
+    known = Alignment(
+        up=(0.6, 0.0, 0.8),
+        gyro_bias=(0.05, -0.1, 0.08),
+        gravity=rng.choice([0.9, 9.7, 9.9]),
+        accel_sd=rng.choice([0.03, 0.15, 0.5, np.nan]),
+        gyro_sd=rng.choice([0.003, 0.05, 0.5, np.nan]),
+    )
+    dt = rng.choice([0.0, 1, 2, 4, 8, 40], n, p=[0.05, 0.5, 0.3, 0.1, 0.045, 0.005]) / 64
+    scatter = np.repeat(rng.choice([0.2, 1.0, 2.0], n // 100), 100)[:, None]
+    f = known.gravity * np.array(known.up) + 0.1 * scatter * rng.normal(size=(n, 3))
+    w = np.array(known.gyro_bias) + 0.02 * scatter * rng.normal(size=(n, 3))
+
+    def direction():
+        return (lambda v: v / np.linalg.norm(v))(rng.normal(size=3))
+
+    for start in range(100, n - 60, 60):  # each of these needs its half second, and some more, to be noticed
+        which, count = rng.integers(5), rng.integers(1, 15)
+        if which == 0:
+            f[start] += rng.uniform(0.8, 1.6) * direction()
+        elif which == 1:
+            w[start] += rng.uniform(0.2, 0.5) * direction()
+        elif which == 2:
+            f[start : start + 2 * count] += rng.uniform(0.2, 0.8) * direction()
+        elif which == 3:
+            w[start : start + 2 * count] += rng.uniform(0.1, 0.3) * direction()
+        else:
+            f[start : start + 20] = np.nan
+        f[start + 30] = rng.choice([500.0, 999.5, 1000.5, np.nan]) * direction()
+    w[70::240] = np.outer(rng.choice([50.0, 99.5, 100.5], len(w[70::240])), direction())
+    return dt, f, w, known
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_it_feels_what_its_definition_says(seed):
+    dt, f, w, known = an_unquiet_life(seed)
+    t = np.cumsum(dt)
+    found = Stillness(known).run(t, f, w, dt[0])
+    still, shaking = plainly(dt, f, w, known)
+    np.testing.assert_array_equal(found.still, still)
+    np.testing.assert_allclose(found.shaking, shaking, rtol=1e-9)  # a thousand roundings
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_small_steps_are_measured_from_the_mean_of_the_last_two_seconds(seed):
+    """Or of a shorter period, to which the alignment has added a second; none of the steps is a knock."""
+    rng = np.random.default_rng(seed)
+    sideways = np.repeat(rng.uniform(-0.4, 0.4, 24), rng.integers(10, 120, 24))
+    f, dt = upright(sideways) + along(0, sideways), np.full(len(sideways), 1 / 64)
+    found = Stillness(Alignment(gyro_sd=0.003)).run(np.cumsum(dt), f, np.zeros_like(f), dt[0])
+    np.testing.assert_array_equal(found.still, plainly(dt, f, np.zeros_like(f), Alignment(gyro_sd=0.003))[0])
+    assert 0.1 < found.still.mean() < 0.99
+
+
+def test_among_unquiet_lives_there_is_all_to_feel():
+    lives = [Stillness(known).run(np.cumsum(dt), f, w) for dt, f, w, known in map(an_unquiet_life, range(12))]
+    assert 0.2 < np.mean([life.still for life in lives]) < 0.8
+    assert 0.2 < np.mean([np.isfinite(life.shaking) for life in lives]) < 0.8
+
+
 def upright(t):
     return np.tile([0.0, 0.0, STANDARD_GRAVITY], (len(t), 1))
 
@@ -49,7 +141,9 @@ def test_one_sample_at_a_time_or_in_two_runs_it_feels_the_same(split):
     parts.append(two.run(t[split:], accel[split:], gyro[split:], dt[split]))
     assert 100 < whole.still.sum() < 350  # it feels stillness, and its end
     for found in (steps, parts):
-        assert np.array_equal(np.hstack([f.still for f in found]), whole.still)
+        still = np.hstack([f.still for f in found])
+        assert still.dtype == bool
+        assert np.array_equal(still, whole.still)
         # intervals given, and differences of times, differ in the last digit
         shaking = np.hstack([f.shaking for f in found])
         np.testing.assert_allclose(shaking, whole.shaking, rtol=1e-9)
