@@ -9,6 +9,7 @@ from filterpy.kalman import IMMEstimator, KalmanFilter, MMAEFilterBank
 
 from baroarma import NoiseModel
 from baroarma.estimators import height_estimator
+from baroarma.estimators.height.linear import steps_of, unseen_variance
 from baroarma.testing import height_samples
 
 NOISE = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, drift_rate=0.01, rate_hz=50)
@@ -30,6 +31,7 @@ def steps(kf, z=Z):
 def test_predict_without_input_is_no_acceleration(name):
     kf, other = make(name), make(name)
     assert isinstance(kf, KalmanFilter)
+    assert kf.B.shape == (kf.dim_x, kf.dim_u) == (len(kf.states), 1)
     kf.predict()
     other.predict(u=0.0)
     assert np.array_equal(kf.x, other.x)
@@ -173,10 +175,12 @@ def test_a_run_of_many_rows_is_fast_and_quiet():
 @pytest.mark.parametrize("name", NAMES)
 def test_matrices_of_many_intervals_are_those_of_each(name):
     kf, dt = make(name), np.array([0.01, 0.02, 3.0])
-    for function in (kf.transition, kf.input_matrix, kf.wander):
+    for function in (kf.transition, kf.input_matrix, kf.wander, unseen_variance):
         stack = function(dt)
         for k, one in enumerate(dt):
             assert np.array_equal(stack[k], function(one))
+        single = dt.astype(np.float32)  # as loggers write them
+        assert np.array_equal(function(single), function(single.astype(float)))
     assert np.array_equal(kf.F, make(name).F)
 
 
@@ -264,3 +268,96 @@ def test_after_a_gap_however_long_the_height_is_unknown_but_a_number(name, gap):
         assert np.isfinite(found).all()
         assert found.height_sd[199] < 3 < found.height_sd[200]
         assert found.height_sd[-1] < 200  # the offset's 100 m, and what it was before
+
+
+def plainly(t, z, a, sd, at_rest, *, midpoint=False, quiet_steps=0, unresolved=0.0):
+    """The two-state filter in matrices, with the numbers of its docstrings once more: rows of h, v, sds."""
+    x, P, found = np.zeros(2), np.diag([1e-3, 0.1]) ** 2, []
+    small = np.abs(a) < 0.1
+    for k in range(len(t)):
+        if k and t[k] > t[k - 1]:
+            dt = min(t[k] - t[k - 1], 600.0)
+            u = (a[k] + a[k - 1]) / 2 if midpoint else a[k - 1]
+            missed = unresolved * max(abs(a[k] - a[k - 1]) - 5 * sd[k], 0.0)
+            F, B = np.array([[1, dt], [0, 1]]), np.array([dt**2 / 2, dt])
+            stale = dt > 0.5 + 1e-6
+            x = F @ x + B * (0.0 if stale else u)
+            P = F @ P @ F.T + (sd[k] ** 2 + missed**2) * np.outer(B, B)
+            P[0, 0] += 0.5**2 * dt**3 / 12 if stale else 0.0
+        quiet = 0 < quiet_steps <= k and small[k - quiet_steps : k + 1].all()
+        rest = [(np.array([0.0, 1.0]), 0.01**2, 0.0)] if at_rest[k] or quiet else []
+        sample = [(np.array([1.0, 0.0]), 0.3**2, z[k])] if np.isfinite(z[k]) else []
+        for h, r, value in (*rest, *sample):
+            K = P @ h / (h @ P @ h + r)
+            x, P = x + K * (value - h @ x), P - np.outer(K, h @ P)
+        found.append([*x, *np.sqrt(np.diag(P))])
+    return np.array(found)
+
+
+def plain_rows(n=200):
+    rng = np.random.default_rng(8)
+    dt = rng.choice([0.0, 0.02, 0.03, 0.5, 2.0, 1e4], n, p=[0.05, 0.5, 0.4, 0.03, 0.015, 0.005])
+    z = np.where(rng.random(n) < 0.3, np.nan, rng.normal(scale=0.3, size=n))
+    a = np.where(rng.random(n) < 0.9, rng.normal(scale=0.04, size=n), rng.normal(scale=2.0, size=n))
+    return 3 + np.cumsum(dt), z, a, np.where(rng.random(n) < 0.5, 0.15, 0.3), rng.random(n) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("settings", "same"),
+    [
+        ({}, {}),
+        ({"midpoint": True}, {"midpoint": True}),
+        ({"zupt_steps": 3}, {"quiet_steps": 3}),
+        ({"unresolved": 0.4}, {"unresolved": 0.4}),
+    ],
+    ids=["plain", "midpoint", "quiet", "unresolved"],
+)
+def test_rows_and_steps_are_the_two_state_filter_in_matrices(settings, same):
+    t, z, a, sd, at_rest = plain_rows()
+    expected = plainly(t, z, a, sd, at_rest, **same)
+    given = np.where(sd == 0.15, np.nan, sd)  # NaN: the setting
+    settings = {"dt": 0.02, "acceleration_sd": 0.15, "altitude_sd": 0.3} | settings
+    one, many = (height_estimator("kalman", **settings) for _ in range(2))
+    run = many.run(t, z, a, given, at_rest=at_rest)
+    samples = {"dt": np.diff(t, prepend=t[0]), "altitude": z, "acceleration": a, "acceleration_sd": given}
+    stepped = [
+        one.step(**{name: values[k] for name, values in samples.items()}, at_rest=bool(at_rest[k]))
+        for k in range(len(t))
+    ]
+    # the covariance after 10 000 s is 1e7 m²: what then meets a barometer of 0.3 m keeps eight digits
+    np.testing.assert_allclose(np.array(run).T, expected, rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(stepped, expected, rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_run_without_rows_starts_nothing(name):
+    kf, new = make(name), make(name)
+    kf.run(np.empty(0), np.empty(0), np.empty(0))
+    sample = {"dt": 5.0, "altitude": 0.1, "acceleration": 0.0}
+    assert kf.step(**sample) == new.step(**sample)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_acceleration_at_all_is_none_and_whole_numbers_are_numbers(name):
+    whole = np.arange(5), np.array([0, 1, 0, 2, 1])
+    run = make(name).run(*whole)
+    np.testing.assert_array_equal(run, make(name).run(*(v.astype(float) for v in whole), np.zeros(5)))
+
+
+def test_a_smoother_that_knows_no_later_sample_is_the_filter():
+    kf, same = make("kalman"), make("kalman")
+    smooth, run = kf.smooth(T, Z, np.ones(100), lag=0.0), same.run(T, Z, np.ones(100))
+    np.testing.assert_allclose(smooth, run, atol=1e-12)
+    half = make("kalman").smooth(T, Z, np.ones(100), lag=0.5)
+    assert (half.height_sd[:50] < run.height_sd[:50]).any()
+    for lag in (-0.1, float("nan")):
+        with pytest.raises(ValueError, match=f"the lag is a time in s, 0 or more, but it is {lag}"):
+            kf.smooth(T, Z, lag=lag)
+
+
+@pytest.mark.parametrize("dt", [0.0, 0.25])
+def test_steps_are_the_differences_of_the_clock_in_double(dt):
+    t = np.array([16777216, 16777217, 16777219])  # the second is no number of single precision
+    steps = steps_of(t, dt)
+    np.testing.assert_array_equal(steps, [dt or np.nan, 1.0, 2.0])
+    assert steps_of(t.astype(np.float32), dt).dtype == float
