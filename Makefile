@@ -32,7 +32,7 @@ mutation: .venv/dev
 	$(BIN)/python benchmarks/mutation.py
 
 # What is compiled can't be seen: the kernels' tests run once more as plain Python, slow ones not to their end.
-KERNELS = tests/estimators tests/identification/test_arma_kernels.py tests/identification/test_structural.py
+KERNELS = tests/estimators tests/identification/test_arma_kernels.py tests/identification/test_kernels.py
 coverage: .venv/dev
 	$(BIN)/coverage erase
 	$(BIN)/coverage run -m pytest -n $(WORKERS)

@@ -90,3 +90,93 @@ def test_the_estimate_scales_with_the_unit():
     a, b, sd, _ = kernels.maximise(y)
     scaled = kernels.maximise(y * 1e-3)
     np.testing.assert_allclose(scaled[:3], [a, b, sd * 1e-3], rtol=1e-6)
+
+
+def test_a_zero_and_its_reciprocal_are_the_same_process():
+    """Their autocovariances differ by a factor only; beyond the unit circle the variances v grow to b²."""
+    y = SG13.simulate(1500, 9)
+    for a, b in ((-0.86, -0.7), (0.5, 0.8)):
+        inside, outside = kernels.log_likelihood(y, a, b), kernels.log_likelihood(y, a, 1 / b)
+        # 1500 terms of rounding, and a product of variances that has been taken apart at 1e200
+        assert outside == pytest.approx(inside, rel=1e-11)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_gradients_criterion_is_the_likelihoods(seed):
+    y = SG13.simulate(100, seed)
+    for x, z in ((1.3, -0.6), (-2.0, 0.5), (0.2, 3.0)):
+        f = kernels._gradient(y, x, z)[0]
+        likelihood = kernels.log_likelihood(y, -np.tanh(x), np.tanh(z))
+        assert -50 * (f + 1 + np.log(2 * np.pi)) == pytest.approx(likelihood, rel=1e-12)
+
+
+def grid_of_starts(y):
+    """The local minima along pole and zero, on either side of where they cancel."""
+    found = []
+    for side in (-1, 1):
+        valleys = []
+        for x in kernels._ALONG:
+            across = side * kernels._ACROSS - x
+            values = [kernels.log_likelihood(y, -np.tanh(x), np.tanh(z)) for z in across]
+            valleys.append((max(values), x, across[np.argmax(values)]))
+        level = np.pad([value for value, _, _ in valleys], 1, constant_values=-np.inf)
+        lowest = (level[1:-1] >= level[:-2]) & (level[1:-1] >= level[2:])
+        found += [valleys[i] for i in np.flatnonzero(lowest)]
+    best = max(value for value, _, _ in found)
+    return [start for value, *start in found if value >= best - 10.0]
+
+
+@pytest.mark.parametrize("n", [40, 300])
+def test_the_descents_start_from_the_valleys_of_the_grid(n):
+    """A valley whose likelihood is by a factor of e^10 below the best one's is not followed."""
+    for seed in range(6):
+        noise = SG13 if seed % 2 else ArmaModel((), (), 1.0, 0.1)  # white noise has the most valleys
+        y = noise.simulate(n, seed)
+        np.testing.assert_allclose(kernels._starts(y), grid_of_starts(y))
+
+
+def test_a_descent_ends_where_the_slope_does():
+    for seed in range(4):
+        y = SG13.simulate(200, seed)
+        for x, z in ((0.0, 0.0), (1.0, -0.3), (2.5, -2.0), (-1.0, 2.0)):
+            f, x_end, z_end = kernels._descend(y, x, z)
+            end, gx, gz = kernels._gradient(y, x_end, z_end)
+            assert f == end <= kernels._gradient(y, x, z)[0]
+            # a step that no longer lowers f, of rounding 1e-16, ends where the slope is its root
+            assert np.hypot(gx, gz) < 1e-7
+
+
+def test_no_descent_leaves_the_range_that_a_window_could_tell():
+    for signal in (np.ones(50), (-1.0) ** np.arange(50), np.cumsum(np.ones(50))):
+        for start in kernels._starts(signal):
+            _, x, z = kernels._descend(signal, *start)
+            assert max(abs(x), abs(z)) <= 7.0
+        a, b, sd, value = kernels.maximise(signal)
+        assert np.isfinite([sd, value]).all()
+        assert max(abs(a), abs(b)) < 1
+
+
+def test_the_fit_is_the_best_of_all_descents():
+    for seed in range(8):
+        noise = SG13 if seed % 2 else ArmaModel((), (), 1.0, 0.1)
+        y = noise.simulate(150, seed)
+        f, x, z = min(kernels._descend(y, *start) for start in kernels._starts(y))
+        a, b, sd, value = kernels.maximise(y)
+        assert (a, b) == pytest.approx((-np.tanh(x), np.tanh(z)), rel=1e-12)
+        assert value == pytest.approx(-75 * (f + 1 + np.log(2 * np.pi)), rel=1e-12)
+        assert value == pytest.approx(kernels.log_likelihood(y, a, b), rel=1e-12)
+        assert np.mean(kernels.prediction_errors(y, a, b) ** 2) == pytest.approx(sd**2, rel=1e-12)
+
+
+def test_the_grid_is_the_same_for_a_series_of_alternating_signs():
+    np.testing.assert_array_equal(kernels._ALONG, -kernels._ALONG[::-1])
+    assert (np.diff(kernels._ALONG) > 0).all()  # neighbours are compared
+    assert (np.diff(kernels._ACROSS, prepend=0.0) > 0).all()
+
+
+@pytest.mark.parametrize("sample", [np.inf, 1e200])
+def test_a_window_whose_power_is_no_number_has_no_fit(sample):
+    y = SG13.simulate(40, 10)
+    y[7] = sample
+    with np.errstate(over="ignore"):  # as plain Python it warns
+        assert np.isnan(kernels.maximise(y)).all()

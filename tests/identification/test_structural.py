@@ -1,83 +1,19 @@
-"""The structural likelihood against a dense Gaussian, and its maximum against the truth."""
+"""The maximum of the structural likelihood against SciPy's and against the truth."""
 
 import numpy as np
 import pytest
 
 from baroarma import NoiseModel
 from baroarma.identification.intervals import intervals, log_sd, observed_information
-from baroarma.identification.kernels import LIKELIHOODS
 from baroarma.identification.problem import Problem
 from baroarma.identification.scoring import maximise
 from baroarma.identification.structural import SUBSETS, fit_second_gauss_markov, fit_terms, select_terms
 from baroarma.simulation import BMP085, simulate_rest
 
-THETAS = [
-    (0.3, 0.2),
-    (0.46, 0.0),
-    (0.46, 0.1, 0.27, 0.75),
-    (0.0, 0.1, 0.27, 0.75),
-    (0.3, 0.0, 0.27, 0.75),
-    (0.3, 0.1, 0.27, 0.75, 0.5, 0.1),
-]
-
 
 def problem_of(noise, n, seed):
     t = np.arange(n) / noise.rate_hz
     return Problem(t, noise.simulate(t, seed))
-
-
-def dense_log_likelihood(t, y, theta):
-    """Gaussian with the joint covariance, the unknown level integrated out with a flat prior."""
-    c = theta[0] ** 2 * np.eye(len(t)) + theta[1] ** 2 * np.minimum.outer(t - t[0], t - t[0])
-    for sd, tau in zip(theta[2::2], theta[3::2], strict=True):
-        c += sd**2 * np.exp(-np.abs(t[:, None] - t) / tau)
-    inverse, one = np.linalg.inv(c), np.ones(len(t))
-    precision = one @ inverse @ one
-    residual = y - one @ inverse @ y / precision
-    log_det = np.linalg.slogdet(c)[1] + np.log(precision)
-    return -0.5 * (log_det + residual @ inverse @ residual + (len(t) - 1) * np.log(2 * np.pi))
-
-
-@pytest.mark.parametrize("theta", THETAS)
-def test_the_likelihood_is_the_dense_gaussians(theta):
-    rng = np.random.default_rng(0)
-    t, y = np.sort(rng.uniform(0, 6, 80)), rng.normal(size=80)
-    value, _, _ = LIKELIHOODS[len(theta) // 2 - 1](t, y, np.array(theta), np.empty(0))
-    assert value == pytest.approx(dense_log_likelihood(t, y, theta), rel=1e-9)
-
-
-@pytest.mark.parametrize("theta", THETAS)
-@pytest.mark.parametrize("regular", [True, False])
-def test_the_gradient_is_that_of_finite_differences(theta, regular):
-    rng = np.random.default_rng(1)
-    t = np.arange(400) / 50 if regular else np.cumsum(rng.uniform(0.01, 0.03, 400))
-    problem, theta = Problem(t, rng.normal(size=400)), np.array(theta)
-    value, gradient, _ = problem.evaluate(theta)
-    for j in range(len(theta)):
-        up, down = theta.copy(), theta.copy()
-        up[j] *= np.exp(1e-5)
-        down[j] *= np.exp(-1e-5)
-        slope = (problem.evaluate(up)[0] - problem.evaluate(down)[0]) / 2e-5
-        assert gradient[j] == pytest.approx(slope, rel=1e-5, abs=1e-9 * abs(value))
-
-
-def test_the_steady_state_shortcut_changes_nothing():
-    # one interval that differs by 1e-6 every 50 samples keeps the filter from ever standing still
-    noise = NoiseModel(0.27, 0.75, 0.46, 0.05, rate_hz=50)
-    problem = problem_of(noise, 20_000, 2)
-    jitter = np.where(np.arange(20_000) % 50 == 0, 2e-8, 0.0)
-    theta = np.array([0.46, 0.05, 0.27, 0.75])
-    shortcut, full = problem.evaluate(theta), Problem(problem.t + jitter, problem.y).evaluate(theta)
-    assert shortcut[0] == pytest.approx(full[0], abs=1e-3)  # time stamps moved by 1e-6 of an interval
-    assert shortcut[1] == pytest.approx(full[1], abs=1e-2)
-    assert shortcut[2] == pytest.approx(full[2], rel=1e-5)
-
-
-def test_innovations_of_the_true_model_are_standard_normal():
-    noise = NoiseModel(0.27, 0.75, 0.46, 0.05, rate_hz=50)
-    e = problem_of(noise, 30_000, 3).innovations(np.array([0.46, 0.05, 0.27, 0.75]))
-    assert np.std(e) == pytest.approx(1, abs=4 / np.sqrt(2 * len(e)))
-    assert abs(e[1:] @ e[:-1]) / len(e) < 4 / np.sqrt(len(e))
 
 
 def test_scoring_finds_scipys_maximum():

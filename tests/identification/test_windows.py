@@ -1,13 +1,21 @@
 import json
 import math
+import re
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from scipy.stats import binom, chi2
 
 from baroarma.arma import ArmaModel
-from baroarma.identification.arma_fit import coefficient_covariance
-from baroarma.identification.preprocessing import WindowSettings
-from baroarma.identification.windows import identify_windows
+from baroarma.finding import Finding
+from baroarma.identification import windows
+from baroarma.identification.arma_fit import WindowFits, coefficient_covariance
+from baroarma.identification.diagnostics import whiteness_of_windows
+from baroarma.identification.preprocessing import Conditioned, Trimmed, WindowSettings, trimmed_mean
+from baroarma.identification.windows import WindowsResult, identify_windows
 from baroarma.noise_model import NoiseModel
 
 T = np.arange(30000) / 50
@@ -207,3 +215,260 @@ def test_uneven_sampling_without_one_window_is_refused(shared_data):
     t, pressure = np.genfromtxt(path, delimiter=",", skip_header=1, usecols=(0, 1), unpack=True)
     with pytest.raises(ValueError, match=r"with \d+ gaps has no gap-free window"):
         identify_windows(t, -pressure / 12)
+
+
+NAN = float("nan")
+MADE = {
+    "correlation_time": [0.6, 0.8, 0.7, NAN],
+    "correlated_sd": [0.2, 0.3, 0.25, NAN],
+    "white_sd": [0.22, 0.24, 0.23, NAN],
+    "total_sd": [0.3, 0.38, 0.34, 0.4],
+    "a": [-0.8, -0.9, -0.85, -0.75],
+    "b": [-0.5, -0.6, -0.55, -0.8],
+    "innovation_sd": [0.25, 0.27, 0.26, 0.3],
+}
+
+
+def made():
+    """A result of four windows, the last of which lies outside the region."""
+    values = {name: np.array(column) for name, column in MADE.items()}
+    return WindowsResult(
+        fits=WindowFits(**values, loglik=np.zeros(4), residuals=np.zeros((4, 300))),
+        start=30.0 * np.arange(4),
+        bartlett_p=np.array([0.5, 0.04, 0.05, 0.9]),
+        ljung_box_p=np.array([0.01, 0.2, 0.049, 0.3]),
+        table={name: trimmed_mean(column) for name, column in values.items()},
+        dt=0.1,
+        rate_hz=50.0,
+        settings=WindowSettings(),
+        split="exact",
+        drift_upper=0.02,
+        findings=(Finding("no-gm", "info", "One of four."),),
+    )
+
+
+def test_a_result_is_told_in_words():
+    found = made()
+    assert repr(found) == (
+        "<WindowsResult of 4 windows at 0.1 s (exact): white 0.23 m, Gauss-Markov 0.25 m / 0.7 s>"
+    )
+    lines = [" ".join(line.split()) for line in found.summary().split("\n")]
+    assert lines == [
+        "4 windows of 300 samples at 0.1 s (exact split; detrend 60 s, average 4, every 5. sample)",
+        "mean SD 10% trimmed",
+        "correlation time 0.7000 ± 0.1000 s",
+        "correlated sd 0.2500 ± 0.0500 m",
+        "white sd 0.2300 ± 0.0100 m",
+        "total sd 0.3550 ± 0.0443 m",
+        "a -0.8250 ± 0.0645",
+        "b -0.6125 ± 0.1315",
+        "innovation sd 0.2700 ± 0.0216 m",
+        "SD of one window by Eq. 16: a {:.4f}, b {:.4f}".format(*found.eq16_sd()),
+        "outside the region: 1; not white (5 %): Bartlett 1, Ljung-Box 2",
+        "info (no-gm): One of four.",
+    ]
+    alone = replace(found, table=found.table | {"a": Trimmed(-0.8, None, None, 1)})
+    assert "a -0.8000 ± –" in " ".join(alone.summary().split())
+
+
+def test_a_notebook_shows_the_same():
+    html = made()._repr_html_()
+    cells = re.findall(r"<(?:td|th|caption)[^>]*>(.*?)</(?:td|th|caption)>", html, flags=re.DOTALL)
+    words = " | ".join(" ".join(cell.split()) for cell in cells)
+    assert "4 windows of 300 samples at 0.1 s (exact split)" in words
+    assert "quantity | trimmed mean | SD | windows | correlation time | 0.7 s | 0.1 s | 3 |" in words
+    assert "| innovation sd | 0.27 m | 0.022 m | 4" in words
+    assert "One of four." in words
+
+
+def test_json_and_frame_hold_everything():
+    found = made()
+    document = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    plain = {name: [None if v != v else v for v in column] for name, column in MADE.items()}
+    assert document.pop("table")["a"] == {
+        "mean": found.table["a"].mean,
+        "sd": found.table["a"].sd,
+        "ci95": list(found.table["a"].ci95),
+        "count": 4,
+    }
+    assert document == {
+        "split": "exact",
+        "dt_s": 0.1,
+        "rate_hz": 50.0,
+        "settings": {
+            "detrend_s": 60.0,
+            "average": 4,
+            "decimate": 5,
+            "window": 300,
+            "trim": 0.1,
+            "jitter": 0.5,
+        },
+        "eq16_ci95": {name: list(interval) for name, interval in found.eq16_ci95().items()},
+        "outside": 1,
+        "drift_upper_m_per_sqrt_s": 0.02,
+        "windows": {
+            "start_s": [0.0, 30.0, 60.0, 90.0],
+            **plain,
+            "bartlett_p": [0.5, 0.04, 0.05, 0.9],
+            "ljung_box_p": [0.01, 0.2, 0.049, 0.3],
+        },
+        "verdict": [{"code": "no-gm", "severity": "info", "message": "One of four."}],
+    }
+    whole = replace(found, settings=WindowSettings(detrend_s=math.inf)).to_dict()
+    assert whole["settings"]["detrend_s"] is None
+    none = replace(found, table=found.table | {"white_sd": trimmed_mean([])}).to_dict()["table"]["white_sd"]
+    assert none == {"mean": None, "sd": None, "ci95": None, "count": 0}
+    frame = found.to_frame()
+    units = {"correlation_time": "_s", "a": "", "b": ""}
+    assert list(frame) == [
+        "start_s",
+        *(f"{name}{units.get(name, '_m')}" for name in MADE),
+        "bartlett_p",
+        "ljung_box_p",
+    ]
+    np.testing.assert_array_equal(frame["correlation_time_s"], MADE["correlation_time"])
+    np.testing.assert_array_equal(frame["bartlett_p"], found.bartlett_p)
+    np.testing.assert_array_equal(frame["start_s"], found.start)
+    assert isinstance(found.plot(), Figure)
+
+
+def test_coefficients_that_cancel_are_not_determined():
+    found = made()
+    equal = replace(found, table=found.table | {"b": found.table["a"]})
+    assert equal.eq16_sd() == (math.inf, math.inf)
+    assert equal.eq16_ci95() == {"a": (-math.inf, math.inf), "b": (-math.inf, math.inf)}
+    assert equal.to_dict()["eq16_ci95"] == {"a": [None, None], "b": [None, None]}
+    sds = np.sqrt(np.diag(coefficient_covariance(-0.825, -0.6125, 300)))
+    for name, mean, sd in zip("ab", (-0.825, -0.6125), sds, strict=True):
+        low, high = found.eq16_ci95()[name]
+        assert (low, high) == pytest.approx((mean - 1.96 * sd / 2, mean + 1.96 * sd / 2))
+    none = replace(found, table=found.table | {"a": Trimmed(-0.8, None, None, 0)})
+    assert none.eq16_ci95()["a"][1] - none.eq16_ci95()["a"][0] == pytest.approx(2 * 1.96 * none.eq16_sd()[0])
+
+
+def test_the_noise_model_has_the_tables_numbers_and_the_drifts_bound():
+    found = made()
+    noise = found.to_noise_model()
+    assert (noise.correlated_sd, noise.correlation_time) == pytest.approx((0.25, 0.7))
+    assert noise.white_sd == pytest.approx(0.46)  # four samples are averaged
+    low, high = found.table["correlated_sd"].ci95
+    assert noise.ci95["correlated_sd"] == (max(low, 0.0), high)
+    assert noise.ci95["drift_rate"] == (0.0, 0.02)
+    assert (noise.rate_hz, noise.verdict) == (50.0, found.findings)
+    wide = replace(found, table=found.table | {"correlated_sd": Trimmed(0.25, 0.3, (-0.1, 0.6), 3)})
+    assert wide.to_noise_model().ci95["correlated_sd"] == (0.0, 0.6)  # an sd is not negative
+
+
+def test_without_a_window_that_has_one_the_missing_component_is_bounded():
+    found = made()
+    nothing = np.full(4, NAN)
+    fits = replace(found.fits, correlation_time=nothing, correlated_sd=nothing, white_sd=nothing)
+    noise = replace(found, fits=fits).to_noise_model()
+    assert (noise.correlated_sd, noise.correlation_time) == (0.0, 0.0)
+    assert noise.white_sd == pytest.approx(2 * 0.355)
+    most = found.table["total_sd"].ci95[1]
+    assert noise.ci95 == {
+        "white_sd": (0.0, 2 * most),
+        "correlated_sd": (0.0, most),
+        "correlation_time": (0.0, 30.0),
+        "drift_rate": (0.0, 0.02),
+    }
+
+
+def some_fits(*, inside=20, m=20, tau=0.7, length=300):
+    """Windows of 0.1 s, `inside` of which have the correlation time tau."""
+    full = np.full(m, 0.2)
+    times = np.where(np.arange(m) < inside, tau, NAN)
+    return WindowFits(full, full, full, full, full, times, full, full, np.zeros((m, length)))
+
+
+@pytest.mark.parametrize(
+    ("inside", "said"),
+    [
+        (20, None),
+        (19, ("info", "1 of 20 windows don't")),
+        (11, ("info", "9 of 20 windows don't")),
+        (10, ("warning", "Only 10 of 20 windows")),
+        (0, ("warning", "Only 0 of 20 windows")),
+    ],
+)
+def test_windows_outside_the_region_are_counted(inside, said):
+    findings = windows._fit_findings(some_fits(inside=inside), 0.1, np.ones(20))
+    assert [(f.code, f.severity) for f in findings] == ([("no-gm", said[0])] if said else [])
+    assert all(f.message.startswith(said[1]) for f in findings)
+
+
+def test_a_correlation_time_of_more_than_a_sixth_of_the_window_is_said():
+    for tau, length, said in ((5.1, 300, True), (4.9, 300, False), (5.1, 320, False)):
+        fits = some_fits(tau=tau, length=length)
+        fits.correlation_time[1:3] = 1.0, 25.0  # one at either end is trimmed
+        findings = windows._fit_findings(fits, 0.1, np.ones(20))
+        assert [(f.code, f.severity) for f in findings] == [("too-short", "warning")] * said
+        assert all(" 5.1 s " in f.message and " 30 s:" in f.message for f in findings)
+
+
+@pytest.mark.parametrize("m", [20, 100])
+def test_more_rejections_than_chance_has_are_said(m):
+    """At a level of 5 % among m windows, as many as a hundredth of all recordings have by chance."""
+    for rejected in range(m):
+        p = np.where(np.arange(m) < rejected, 0.049, 0.05)
+        findings = windows._fit_findings(some_fits(m=m, inside=m), 0.1, p)
+        too_many = binom.sf(rejected - 1, m, 0.05) < 0.01
+        assert [(f.code, f.severity) for f in findings] == [("not-white", "warning")] * bool(too_many)
+        assert all(f"rejects {rejected} of {m} windows" in f.message for f in findings)
+
+
+def test_gaps_and_jitter_are_said_each():
+    cut = Conditioned(np.zeros((7, 300)), np.zeros(7), 0.1, 50.0, 0, 0.05, 0)
+    assert windows._cut_findings(cut) == []
+    (gaps,) = windows._cut_findings(replace(cut, gaps=2, skipped=3))
+    assert (gaps.code, gaps.severity) == ("gaps", "warning")
+    assert gaps.message == "2 gaps or surplus samples cost 3 windows; 7 are left."
+    (jitter,) = windows._cut_findings(replace(cut, jitter=0.07))
+    assert (jitter.code, jitter.severity) == ("gaps", "info")
+    assert "jitters by 7% (RMS)" in jitter.message
+
+
+def test_too_short_says_what_there_is_and_what_is_needed():
+    t = np.concatenate([np.arange(100), np.arange(200, 301)]) / 30
+    message = (
+        "a recording of 10 s with 1 gaps has no gap-free window of 40 samples at 0.2 s; record at least 8 s"
+    )
+    with pytest.raises(ValueError, match=f"^{re.escape(message)} without gaps$"):
+        identify_windows(t, np.sin(t), WindowSettings(average=2, decimate=6, window=40))
+
+
+@pytest.mark.parametrize("length", [60.0, 300.0])
+@pytest.mark.parametrize("gap", [0.0, 130.0])
+def test_the_drifts_bound_is_that_of_the_levels_wander(length, gap):
+    rng = np.random.default_rng(8)
+    t = 5 + np.arange(0, 600, 0.5)
+    t = t[(t < 200) | (t >= 200 + gap)]
+    height = 100 + np.cumsum(rng.normal(scale=0.05, size=len(t)))
+    edges = np.linspace(t[0], t[-1], {60.0: 10, 300.0: 4}[length] + 1)  # at least four blocks
+    edges[-1] += 1
+    blocks = [(k, height[(t >= low) & (t < high)]) for k, (low, high) in enumerate(pairwise(edges))]
+    levels = [(k, block.mean()) for k, block in blocks if len(block)]
+    L = edges[1] - edges[0]
+    # means over blocks of length L, k blocks apart, differ with the variance (k - 1/3) L d²
+    ratios = [(b - a) ** 2 / ((j - i - 1 / 3) * L) for (i, a), (j, b) in pairwise(levels)]
+    freedom = 8 / 9 * len(ratios)
+    expected = np.sqrt(np.mean(ratios) * freedom / chi2.ppf(0.025, freedom))
+    assert windows._drift_upper(t, height, length) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_result_holds_what_it_was_found_with():
+    height = NOISE.simulate(T, 9)
+    found = identify_windows(np.insert(T, 7, 0.135), np.insert(height, 7, NAN))  # a row without a sample
+    assert (found.split, found.settings) == ("exact", WindowSettings.for_rate(50))
+    assert (found.dt, found.rate_hz) == pytest.approx((0.1, 50))
+    bartlett, ljung = whiteness_of_windows(found.fits)
+    np.testing.assert_array_equal(found.bartlett_p, bartlett)
+    np.testing.assert_array_equal(found.ljung_box_p, ljung)
+    assert found.start == pytest.approx(30 * np.arange(20), abs=0.1)
+    assert found.table["a"] == trimmed_mean(found.fits.a, 0.1)
+    assert found.drift_upper == windows._drift_upper(T, height, 60.0)
+    half = identify_windows(T, height, replace(WindowSettings(), detrend_s=20.0, trim=0.5), split="bilinear")
+    assert half.table["a"] == trimmed_mean(half.fits.a, 0.5)
+    assert half.drift_upper == windows._drift_upper(T, height, 20.0)
+    assert half.split == "bilinear"
