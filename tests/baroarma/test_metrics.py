@@ -166,7 +166,7 @@ def late_by(lag, n=1500, size=1.0):
     return tracked(recording, height, velocity), recording
 
 
-@pytest.mark.parametrize("lag", [-0.59, -0.1234, 0.0, 0.0017, 0.59])
+@pytest.mark.parametrize("lag", [-0.595, -0.59, -0.1234, 0.0, 0.0017, 0.59, 0.595])
 def test_a_lag_between_the_grids_lags_is_found_exactly(lag):
     # what the parabola leaves of a step of 5 ms, and what linear interpolation does to 1 Hz at 50 Hz: 0.2 %
     assert estimate_reference_lag(*late_by(lag)) == pytest.approx(lag, abs=2e-4)
@@ -212,3 +212,30 @@ def test_a_motion_that_fits_about_as_well_beside_its_lag_has_none(sharpness, fou
     recording = make(6000, reference=-np.cos(w * t) / w, reference_velocity=sine)
     lag = estimate_reference_lag(tracked(recording, np.zeros(6000), velocity), recording)
     assert (lag is not None) == found
+
+
+@pytest.mark.parametrize("side", [-0.1, 0.1])
+def test_a_motion_that_comes_twice_within_a_tenth_of_a_second_has_no_lag(side):
+    # white noise with a knot every 0.05 s and a slow swell: 0.1 s later it correlates by some 0.2; with a
+    # second one almost as large on one side the fit there is almost as good, on the other side it is bad
+    t, knots = np.arange(6000) / 200, np.random.default_rng(3).normal(size=640)
+
+    def velocity(t):
+        return np.interp(t, 0.05 * np.arange(-20, 620), knots) + 0.6 * np.sin(np.pi * t)
+
+    recording = Recording(t, np.full(6000, 1e5), reference=0 * t, reference_velocity=velocity(t))
+    for second, found in ((0.0, True), (0.99, False)):
+        track = tracked(recording, 0 * t, velocity(t) + second * velocity(t + side))
+        assert (estimate_reference_lag(track, recording) is not None) == found
+
+
+def test_lags_at_which_nothing_is_left_to_compare_count_for_nothing():
+    """A reference that moves in its first 0.3 s only: shifted by more, it rests."""
+    t = np.arange(2000) / 200
+    jolt = np.where(t < 0.3, np.sin(np.pi * t / 0.3) ** 2, 0.0)
+    late = np.interp(t - 0.1011, t, jolt)
+    recording = Recording(t, np.full(2000, 1e5), reference=0 * t, reference_velocity=late)
+    # what the parabola leaves of a step of 5 ms
+    assert estimate_reference_lag(tracked(recording, 0 * t, jolt), recording) == pytest.approx(
+        0.1011, abs=1e-3
+    )

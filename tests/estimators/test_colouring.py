@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
-from scipy.linalg import solve_discrete_lyapunov
+from scipy.linalg import block_diag, solve_discrete_lyapunov
 from scipy.stats import multivariate_normal
 
 from baroarma import ArmaModel, NoiseModel
 from baroarma.estimators import colour_measurement, height_estimator
-from baroarma.estimators.colouring import noise_states
+from baroarma.estimators.colouring import block_diagonal, noise_states
 
 N, DT = 60, 0.1
 GM = NoiseModel(correlated_sd=0.27, correlation_time=0.75, white_sd=0.46, drift_rate=0.1, rate_hz=10)
@@ -159,3 +159,55 @@ def test_a_vector_measurement_and_a_foreign_interval_are_refused():
         colour_measurement(KalmanFilter(dim_x=2, dim_z=2), GM, DT)
     with pytest.raises(ValueError, match=r"every 0\.1 s, but the filter steps every 0\.02 s"):
         colour_measurement(user_filter(), MODELS["ar(2)"], 0.02)
+
+
+@pytest.mark.parametrize("name", ["gm + white + drift", "gm alone", "white"])
+@pytest.mark.parametrize("offset_sd", [0.0, 0.5])
+def test_states_of_many_intervals_are_those_of_each(name, offset_sd):
+    dt = np.array([0.02, 0.1, 3.0])
+    stack = noise_states(MODELS[name], dt, offset_sd=offset_sd)
+    for k, interval in enumerate(dt):
+        one = noise_states(MODELS[name], interval, offset_sd=offset_sd)
+        assert np.array_equal(stack.F[k], one.F)
+        assert np.array_equal(stack.Q[k], one.Q)
+        assert all(np.array_equal(getattr(stack, name), getattr(one, name)) for name in "HRP")
+
+
+def test_an_unknown_offset_is_where_the_drift_starts():
+    states = noise_states(MODELS["gm alone"], DT, offset_sd=0.5)
+    assert np.array_equal(states.P, np.diag([0.25, 0.27**2]))
+    assert (states.F[0, 0], states.Q[0, 0]) == (1.0, 0.0)  # an offset that does not drift
+
+
+def test_intervals_in_single_precision_give_states_in_double():
+    single = np.array([0.02, 0.1], np.float32)
+    for one, other in zip(noise_states(GM, single), noise_states(GM, single.astype(float)), strict=True):
+        assert np.array_equal(one, other)
+
+
+def test_a_block_diagonal_of_stacks_is_scipys_of_each():
+    rng = np.random.default_rng(5)
+    first, second = rng.normal(size=(5, 1, 2, 2)), rng.normal(size=(3, 4, 4))
+    for one, two in ((first, second), (second, first), (first[0, 0], second), (first, second[0])):
+        both = block_diagonal(one, two)
+        shape = both.shape[:-2]
+        one, two = (np.broadcast_to(each, (*shape, *each.shape[-2:])) for each in (one, two))
+        assert all(np.array_equal(both[k], block_diag(one[k], two[k])) for k in np.ndindex(shape))
+
+
+def test_a_row_of_numbers_and_a_second_input_are_taken_as_filterpy_takes_them():
+    kf = KalmanFilter(dim_x=2, dim_z=1, dim_u=2)
+    kf.H, kf.B = np.array([1.0, 0.0]), np.eye(2)
+    mine = colour_measurement(kf, MODELS["gm alone"], DT)
+    assert np.array_equal(mine.H, [[1.0, 0.0, 1.0]])
+    assert mine.dim_u == 2
+    mine.predict(u=np.array([[0.3], [0.4]]))
+    assert np.array_equal(mine.x[:, 0], [0.3, 0.4, 0.0])
+
+
+@pytest.mark.parametrize("dt", [1e-3, 0.1])
+def test_an_arma_models_interval_is_its_own_to_a_millionth(dt):
+    model = ArmaModel((-0.86,), (-0.52,), 0.27, dt)
+    assert len(noise_states(model, dt * (1 + 5e-7)).P) == 2
+    with pytest.raises(ValueError, match="but the filter steps every"):
+        noise_states(model, dt * (1 + 5e-6))

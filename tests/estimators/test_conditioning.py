@@ -55,6 +55,24 @@ def test_the_papers_filter_has_the_papers_dc_gain():
     assert sg14_whitening(None, 50.0).unity_gain_hz == 25
 
 
+def test_the_papers_filter_has_its_zero_and_pole_where_their_coefficients_put_them():
+    # tau = T/2 (1 - a)/(1 + a) with T = 0.1 s, a = -0.87 and b = -0.50 (method of SG13, Sec. 2.2)
+    found = sg14_whitening(None, 50.0)
+    assert found.zero_hz == pytest.approx(1 / (2 * np.pi * 0.05 * 1.87 / 0.13), rel=1e-9)
+    assert found.pole_hz == pytest.approx(1 / (2 * np.pi * 0.05 * 1.50 / 0.50), rel=1e-9)
+
+
+def test_the_choices_are_no_conditioning_method_a_and_method_b():
+    step = np.concatenate([np.zeros(8), np.ones(8)])
+    found = {name: conditioner_of(name, None, 50.0).run(step) for name in CONDITIONINGS}
+    ramp = np.clip((np.arange(16) - 7) / 4, 0, 1)
+    whitened = lfilter(*(lambda w: (w.b, w.a))(sg14_whitening(None, 50.0)), ramp)
+    expected = {"none": step, "average": ramp, "average+whitening": whitened}
+    assert found.keys() == expected.keys()
+    for name, out in found.items():
+        np.testing.assert_allclose(out, expected[name], atol=1e-14)
+
+
 def test_an_identified_noise_gives_its_own_filter_at_the_barometers_rate():
     noise = NoiseModel(0.2, 1.0, 0.3, rate_hz=50)
     assert sg14_whitening(noise, 10.0) == noise.whitening_filter(rate_hz=10.0, unity_gain_hz=5.0)
@@ -80,9 +98,10 @@ def test_nothing_is_done_when_nothing_is_asked_for():
 
 
 def test_what_is_farther_than_any_barometer_works_is_no_sample():
-    altitude = np.array([1.0, 44_300.0, 3.0, -2e5])  # 0 Pa and 1e9 Pa from a broken transfer
+    assert np.array_equal(Conditioner().run(np.array([0.0, -35_000.0])), [0.0, -35_000.0])
+    altitude = np.array([1.0, 44_300.0, 3.0, -2e5, 4.0, 35_000.5])  # 0 Pa and 1e9 Pa from a broken transfer
     for average in (1, 2):
         whole, rows = Conditioner(average=average), Conditioner(average=average)
         out = whole.run(altitude)
-        np.testing.assert_array_equal(np.isnan(out), [False, True, False, True])
+        np.testing.assert_array_equal(np.isnan(out), [False, True] * 3)
         np.testing.assert_array_equal(out, [rows.step(float(z)) for z in altitude])
