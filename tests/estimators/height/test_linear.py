@@ -361,3 +361,11 @@ def test_steps_are_the_differences_of_the_clock_in_double(dt):
     steps = steps_of(t, dt)
     np.testing.assert_array_equal(steps, [dt or np.nan, 1.0, 2.0])
     assert steps_of(t.astype(np.float32), dt).dtype == float
+
+
+def test_a_smoother_knows_of_turns_what_the_filter_knows():
+    turning = np.stack([np.sin(T), 0 * T, np.cos(T)], axis=1)
+    kf, same, upright = (make("coloured-kalman") for _ in range(3))
+    smooth, run = kf.smooth(T, Z, np.zeros(100), up=turning), same.run(T, Z, np.zeros(100), up=turning)
+    np.testing.assert_allclose([v[-1] for v in smooth], [v[-1] for v in run], atol=1e-12)
+    assert smooth.height_sd[-1] > upright.smooth(T, Z, np.zeros(100)).height_sd[-1]  # the bias turns, too
