@@ -174,7 +174,7 @@ def test_a_run_of_many_rows_is_fast_and_quiet():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_matrices_of_many_intervals_are_those_of_each(name):
-    kf, dt = make(name), np.array([0.01, 0.02, 3.0])
+    kf, dt = make(name), np.array([0.01, 0.02, 3.1])
     for function in (kf.transition, kf.input_matrix, kf.wander, unseen_variance):
         stack = function(dt)
         for k, one in enumerate(dt):
@@ -270,10 +270,10 @@ def test_after_a_gap_however_long_the_height_is_unknown_but_a_number(name, gap):
         assert found.height_sd[-1] < 200  # the offset's 100 m, and what it was before
 
 
-def plainly(t, z, a, sd, at_rest, *, midpoint=False, quiet_steps=0, unresolved=0.0):
+def plainly(t, z, a, sd, at_rest, *, midpoint=False, quiet_steps=0, quiet=0.1, unresolved=0.0):
     """The two-state filter in matrices, with the numbers of its docstrings once more: rows of h, v, sds."""
     x, P, found = np.zeros(2), np.diag([1e-3, 0.1]) ** 2, []
-    small = np.abs(a) < 0.1
+    small = np.abs(a) < quiet
     for k in range(len(t)):
         if k and t[k] > t[k - 1]:
             dt = min(t[k] - t[k - 1], 600.0)
@@ -284,8 +284,8 @@ def plainly(t, z, a, sd, at_rest, *, midpoint=False, quiet_steps=0, unresolved=0
             x = F @ x + B * (0.0 if stale else u)
             P = F @ P @ F.T + (sd[k] ** 2 + missed**2) * np.outer(B, B)
             P[0, 0] += 0.5**2 * dt**3 / 12 if stale else 0.0
-        quiet = 0 < quiet_steps <= k and small[k - quiet_steps : k + 1].all()
-        rest = [(np.array([0.0, 1.0]), 0.01**2, 0.0)] if at_rest[k] or quiet else []
+        resting = at_rest[k] or (0 < quiet_steps <= k and small[k - quiet_steps : k + 1].all())
+        rest = [(np.array([0.0, 1.0]), 0.01**2, 0.0)] if resting else []
         sample = [(np.array([1.0, 0.0]), 0.3**2, z[k])] if np.isfinite(z[k]) else []
         for h, r, value in (*rest, *sample):
             K = P @ h / (h @ P @ h + r)
@@ -308,9 +308,10 @@ def plain_rows(n=200):
         ({}, {}),
         ({"midpoint": True}, {"midpoint": True}),
         ({"zupt_steps": 3}, {"quiet_steps": 3}),
+        ({"zupt_steps": 2, "zupt_threshold": 0.05}, {"quiet_steps": 2, "quiet": 0.05}),
         ({"unresolved": 0.4}, {"unresolved": 0.4}),
     ],
-    ids=["plain", "midpoint", "quiet", "unresolved"],
+    ids=["plain", "midpoint", "quiet", "quieter", "unresolved"],
 )
 def test_rows_and_steps_are_the_two_state_filter_in_matrices(settings, same):
     t, z, a, sd, at_rest = plain_rows()
