@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from baroarma import NoiseModel
+from baroarma.identification import structural
 from baroarma.identification.intervals import intervals, log_sd, observed_information
 from baroarma.identification.problem import Problem
 from baroarma.identification.scoring import maximise
@@ -102,6 +103,65 @@ def test_two_correlation_times_are_noticed():
     assert "gm2" not in best.terms
     second = fit_second_gauss_markov(problem, fit_terms(problem, ("white", "gm")))
     assert sorted(second.theta[[3, 5]]) == pytest.approx([0.2, 8.0], rel=0.6)
+
+
+def test_a_second_term_starts_with_a_quarter_of_the_firsts_power_six_times_as_fast_or_slow(monkeypatch):
+    started = []
+    monkeypatch.setattr(structural, "_best_of", lambda *asked: started.append(asked))
+    fit = structural.StructuralFit(("white", "gm"), np.array([0.3, 0.0, 0.4, 1.5]), 0.0, 100)
+    fit_second_gauss_markov(None, fit)
+    ((_, terms, starts, _),) = started
+    assert terms == ("white", "gm", "gm2")
+    for theta, tau in zip(starts, (0.25, 9.0), strict=True):
+        assert theta[[0, 1, 3]].tolist() == [0.3, 0.0, 1.5]
+        assert theta[5] == pytest.approx(tau)
+        assert theta[4] ** 2 == pytest.approx(0.4**2 / 4)
+        assert theta[2] ** 2 + theta[4] ** 2 == pytest.approx(0.4**2)  # together as strong as before
+    assert fit.theta[2] == 0.4  # the fit itself stays
+
+
+def test_a_fit_knows_its_criterion_and_its_parameters():
+    problem = problem_of(NoiseModel(0.3, 1.0, 0.4, 0.05, rate_hz=10), 400, 12)
+    for terms, free in ((("white", "drift"), [0, 1]), (("white", "gm"), [0, 2, 3]), (("gm",), [2, 3])):
+        fit = fit_terms(problem, terms)
+        assert (fit.terms, fit.n, fit.free) == (terms, 400, free)
+        assert fit.log_likelihood == pytest.approx(problem.evaluate(fit.theta)[0], rel=1e-12)
+        # 400 samples whose level is unknown are 399 differences
+        assert fit.bic == pytest.approx(len(free) * np.log(399) - 2 * fit.log_likelihood, rel=1e-12)
+        assert [j for j, v in enumerate(fit.theta) if v > 0] == free
+
+
+def test_no_smaller_model_beats_the_bound_that_a_larger_one_sets():
+    problem = problem_of(NoiseModel(0.3, 1.0, 0.4, 0.02, rate_hz=20), 2000, 13)
+    fits = {terms: fit_terms(problem, terms) for terms in SUBSETS}
+    for terms, fit in fits.items():
+        larger = [other for other in fits.values() if set(terms) < set(other.terms)]
+        if larger:
+            least = min(other.log_likelihood for other in larger)
+            bound = structural._least_bic(terms, larger)
+            assert bound == pytest.approx(len(fit.free) * np.log(1999) - 2 * least, rel=1e-12)
+            assert bound <= fit.bic + 1e-6  # scoring stops within so much of the maximum
+
+
+def test_the_fits_come_with_the_best_first():
+    problem = problem_of(NoiseModel(0.3, 1.0, 0.4, rate_hz=50), 10_000, 14)
+    best, fits = select_terms(problem)
+    assert [fit.bic for fit in fits] == sorted(fit.bic for fit in fits)
+    assert best is min((fit for fit in fits if "gm2" not in fit.terms), key=lambda fit: fit.bic)
+    assert sum("gm2" in fit.terms for fit in fits) == 1
+    _, white = select_terms(problem_of(NoiseModel(0, 0, 0.4, rate_hz=50), 10_000, 14))
+    assert not any("gm2" in fit.terms for fit in white)
+
+
+def test_a_start_of_ones_own_is_tried_and_no_start_is_taken_out_of_bounds():
+    problem = problem_of(NoiseModel(0.3, 1.0, 0.4, 0.02, rate_hz=20), 1000, 15)
+    plain = fit_terms(problem, ("white", "gm"))
+    low, high = problem.bounds(4)
+    far = fit_terms(problem, ("white", "gm"), np.array([1e9, 5.0, 1e-9, 1e9]))
+    assert far.theta[1] == 0.0
+    assert far.log_likelihood == pytest.approx(plain.log_likelihood, abs=1e-3)
+    assert (far.theta[[0, 2, 3]] >= low[[0, 2, 3]]).all()
+    assert (far.theta[[0, 2, 3]] <= high[[0, 2, 3]]).all()
 
 
 def test_gaps_and_jitter_do_not_bias():
