@@ -66,7 +66,8 @@ def test_the_choices_are_no_conditioning_method_a_and_method_b():
     step = np.concatenate([np.zeros(8), np.ones(8)])
     found = {name: conditioner_of(name, None, 50.0).run(step) for name in CONDITIONINGS}
     ramp = np.clip((np.arange(16) - 7) / 4, 0, 1)
-    whitened = lfilter(*(lambda w: (w.b, w.a))(sg14_whitening(None, 50.0)), ramp)
+    whitening = sg14_whitening(None, 50.0)
+    whitened = lfilter(whitening.b, whitening.a, ramp)
     expected = {"none": step, "average": ramp, "average+whitening": whitened}
     assert found.keys() == expected.keys()
     for name, out in found.items():

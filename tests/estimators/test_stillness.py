@@ -70,7 +70,8 @@ def an_unquiet_life(seed, n=1500):
     w = np.array(known.gyro_bias) + 0.02 * scatter * rng.normal(size=(n, 3))
 
     def direction():
-        return (lambda v: v / np.linalg.norm(v))(rng.normal(size=3))
+        vector = rng.normal(size=3)
+        return vector / np.linalg.norm(vector)
 
     for start in range(100, n - 60, 60):  # each of these needs its half second, and some more, to be noticed
         which, count = rng.integers(5), rng.integers(1, 15)
