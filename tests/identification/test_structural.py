@@ -153,6 +153,22 @@ def test_the_fits_come_with_the_best_first():
     assert not any("gm2" in fit.terms for fit in white)
 
 
+def test_smaller_models_are_also_tried_from_where_the_largest_led(monkeypatch):
+    asked = []
+
+    def fit_and_note(problem, terms, start=None):
+        asked.append((terms, start))
+        return fit_terms(problem, terms, start)
+
+    monkeypatch.setattr(structural, "fit_terms", fit_and_note)
+    problem = problem_of(NoiseModel(0.3, 1.0, 0.4, 0.02, rate_hz=20), 1000, 16)
+    _, fits = select_terms(problem)
+    (largest,) = (fit for fit in fits if fit.terms == SUBSETS[0])
+    assert asked[0] == (SUBSETS[0], None)
+    assert len(asked) > 1
+    assert all(start is largest.theta for _, start in asked[1:])
+
+
 def test_a_start_of_ones_own_is_tried_and_no_start_is_taken_out_of_bounds():
     problem = problem_of(NoiseModel(0.3, 1.0, 0.4, 0.02, rate_hz=20), 1000, 15)
     plain = fit_terms(problem, ("white", "gm"))
