@@ -180,6 +180,12 @@ def test_a_start_of_ones_own_is_tried_and_no_start_is_taken_out_of_bounds():
     assert (far.theta[[0, 2, 3]] <= high[[0, 2, 3]]).all()
 
 
+def test_terms_that_are_switched_off_leave_the_others_as_they_are():
+    theta = np.array([0.3, 0.1, 0.4, 1.5])
+    assert structural._on_terms(theta, ("white", "gm")).tolist() == [0.3, 0.0, 0.4, 1.5]
+    assert structural._on_terms(theta, ("drift",)).tolist() == [0.0, 0.1]
+
+
 def test_gaps_and_jitter_do_not_bias():
     noise, rng = NoiseModel(0.27, 0.75, 0.2, 0.02, rate_hz=10), np.random.default_rng(9)
     ratios = []
