@@ -236,7 +236,7 @@ def made():
         fits=WindowFits(**values, loglik=np.zeros(4), residuals=np.zeros((4, 300))),
         start=30.0 * np.arange(4),
         bartlett_p=np.array([0.5, 0.04, 0.05, 0.9]),
-        ljung_box_p=np.array([0.01, 0.2, 0.049, 0.3]),
+        ljung_box_p=np.array([0.01, 0.05, 0.049, 0.3]),
         table={name: trimmed_mean(column) for name, column in values.items()},
         dt=0.1,
         rate_hz=50.0,
@@ -310,7 +310,7 @@ def test_json_and_frame_hold_everything():
             "start_s": [0.0, 30.0, 60.0, 90.0],
             **plain,
             "bartlett_p": [0.5, 0.04, 0.05, 0.9],
-            "ljung_box_p": [0.01, 0.2, 0.049, 0.3],
+            "ljung_box_p": [0.01, 0.05, 0.049, 0.3],
         },
         "verdict": [{"code": "no-gm", "severity": "info", "message": "One of four."}],
     }
