@@ -238,3 +238,41 @@ def test_known_floors_need_not_be_as_high_as_one_another():
     assert climb(tall, floors=[0, 3, 6, 9]).floors_up == 2
     assert climb(tall, floors=[0, 3, 6, 9], floor_height=100.0).floors_up == 2
     assert climb(exact([0, 2.9, 2.0, 5.8, 0]), floors=[0, 3, 6]).floors_down == 2
+
+
+def test_a_swing_of_five_sds_of_the_change_is_believed():
+    # independent from row to row: the sd of a change is 0.1 sqrt(2) m, five of them 0.71 m
+    for height, believed in ((0.65, False), (0.75, True)):
+        found = climb(known([0, height, 0], height_sd=0.1, velocity_sd=100.0))
+        assert (found.ascent > 0) == believed
+
+
+def test_within_two_sds_of_the_change_a_row_is_of_the_plateau():
+    errors = _Errors(known(np.zeros(4), height_sd=0.1, velocity_sd=100.0))
+    assert errors.level(np.array([0, 5.0, 4.75, 0]), 0, 1, 3) == pytest.approx(4.875)  # 1.8 sds
+    assert errors.level(np.array([0, 5.0, 4.65, 0]), 0, 1, 3) == 5.0  # 2.5 sds
+
+
+def test_growth_is_known_from_a_minute_on():
+    for rows, growth in ((60, 0.0), (61, 0.01)):
+        t = np.arange(float(rows))
+        sd = np.sqrt(1 + 0.01 * t)
+        assert _Errors(Track(t, 0 * t, 0 * t, sd, sd, 0 * t)).growth == pytest.approx(growth, abs=1e-12)
+
+
+def test_a_dip_of_less_than_half_a_floor_breaks_no_ascent():
+    assert climb(exact([0, 2.0, 0.8, 3.0, 0])).floors_up == 1
+    assert climb(exact([0, 2.0, 0.4, 3.0, 0])).floors_up == 1  # of the second part, 2.6 m
+    assert climb(exact([0, 2.0, 0.4, 2.5, 0])).floors_up == 0
+    assert climb(exact([0, 3, 0]), floors=[0, 3]).floors_up == 1
+
+
+def test_nothing_is_told_in_plain_words():
+    none = climb(exact([]))
+    assert none.summary() == (
+        "climbs 0.00 m (sd 0), descends 0.00 m (sd 0) without a swing; floors: 0 up, 0 down"
+    )
+    nameless = Climb(1.0, 0.0, 0.1, 0.0, 0, 0, np.arange(2.0), np.arange(2.0))
+    assert nameless.name == ""
+    text = "".join(ElementTree.fromstring(nameless._repr_html_()).itertext())
+    assert text == "msd mfloorsup1.000.100down0.000.000"
