@@ -197,9 +197,10 @@ def test_a_block_diagonal_of_stacks_is_scipys_of_each():
 
 def test_a_row_of_numbers_and_a_second_input_are_taken_as_filterpy_takes_them():
     kf = KalmanFilter(dim_x=2, dim_z=1, dim_u=2)
-    kf.H, kf.B = np.array([1.0, 0.0]), np.eye(2)
+    kf.H, kf.B, kf.Q = np.array([1.0, 0.0]), np.eye(2), 0.5
     mine = colour_measurement(kf, MODELS["gm alone"], DT)
     assert np.array_equal(mine.H, [[1.0, 0.0, 1.0]])
+    assert np.array_equal(mine.Q[:2, :2], 0.5 * np.eye(2))
     assert mine.dim_u == 2
     mine.predict(u=np.array([[0.3], [0.4]]))
     assert np.array_equal(mine.x[:, 0], [0.3, 0.4, 0.0])
