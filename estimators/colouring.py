@@ -113,7 +113,7 @@ def noise_states(noise: NoiseModel | ArmaModel, dt: float | Signal, *, offset_sd
     """
     if isinstance(noise, ArmaModel):
         return _arma_states(noise, dt)
-    drifts = bool(noise.drift_rate or offset_sd)
+    dt, drifts = np.asarray(dt, float), bool(noise.drift_rate or offset_sd)
     P = np.diag([offset_sd**2] * drifts + [noise.correlated_sd**2] * noise.has_gauss_markov)
     none = np.zeros((*np.shape(dt), *P.shape))
     F, Q = none + np.eye(len(P)), none
