@@ -179,8 +179,6 @@ def test_matrices_of_many_intervals_are_those_of_each(name):
         stack = function(dt)
         for k, one in enumerate(dt):
             assert np.array_equal(stack[k], function(one))
-        single = dt.astype(np.float32)  # as loggers write them
-        assert np.array_equal(function(single), function(single.astype(float)))
     assert np.array_equal(kf.F, make(name).F)
 
 
