@@ -34,3 +34,14 @@ def test_up_and_down_are_not_confused():
     ]
     ax = Figure().subplots()
     assert up.plot(ax) is ax
+
+
+def test_nothing_is_told_in_plain_words():
+    none = Climb(0.0, 0.0, 0.0, 0.0, 0, 0, np.empty(0), np.empty(0))
+    assert none.summary() == (
+        "climbs 0.00 m (sd 0), descends 0.00 m (sd 0) without a swing; floors: 0 up, 0 down"
+    )
+    nameless = Climb(1.0, 0.0, 0.1, 0.0, 0, 0, np.arange(2.0), np.arange(2.0))
+    assert nameless.name == ""
+    text = "".join(ElementTree.fromstring(nameless._repr_html_()).itertext())
+    assert text == "msd mfloorsup1.000.100down0.000.000"

@@ -247,77 +247,11 @@ def test_a_swing_of_five_sds_of_the_change_is_believed():
         assert (found.ascent > 0) == believed
 
 
-def test_within_two_sds_of_the_change_a_row_is_of_the_plateau():
-    errors = _Errors(known(np.zeros(4), height_sd=0.1, velocity_sd=100.0))
-    assert errors.level(np.array([0, 5.0, 4.75, 0]), 0, 1, 3) == pytest.approx(4.875)  # 1.8 sds
-    assert errors.level(np.array([0, 5.0, 4.65, 0]), 0, 1, 3) == 5.0  # 2.5 sds
-
-
-def test_growth_is_known_from_a_minute_on():
-    for rows, growth in ((60, 0.0), (61, 0.01)):
-        t = np.arange(float(rows))
-        sd = np.sqrt(1 + 0.01 * t)
-        assert _Errors(Track(t, 0 * t, 0 * t, sd, sd, 0 * t)).growth == pytest.approx(growth, abs=1e-12)
-
-
 def test_a_dip_of_less_than_half_a_floor_breaks_no_ascent():
     assert climb(exact([0, 2.0, 0.8, 3.0, 0])).floors_up == 1
     assert climb(exact([0, 2.0, 0.4, 3.0, 0])).floors_up == 1  # of the second part, 2.6 m
     assert climb(exact([0, 2.0, 0.4, 2.5, 0])).floors_up == 0
     assert climb(exact([0, 3, 0]), floors=[0, 3]).floors_up == 1
-
-
-def test_nothing_is_told_in_plain_words():
-    none = climb(exact([]))
-    assert none.summary() == (
-        "climbs 0.00 m (sd 0), descends 0.00 m (sd 0) without a swing; floors: 0 up, 0 down"
-    )
-    nameless = Climb(1.0, 0.0, 0.1, 0.0, 0, 0, np.arange(2.0), np.arange(2.0))
-    assert nameless.name == ""
-    text = "".join(ElementTree.fromstring(nameless._repr_html_()).itertext())
-    assert text == "msd mfloorsup1.000.100down0.000.000"
-
-
-def drifting(n=120, start=0.0, seed=5):
-    """A track whose sds differ from row to row and grow as a barometer drifts."""
-    rng = np.random.default_rng(seed)
-    t = np.cumsum(rng.uniform(0.5, 2.0, n))
-    height_sd = np.sqrt(rng.uniform(0.02, 0.06, n) + 1e-3 * t)
-    return Track(start + t, 0 * t, 0 * t, height_sd, rng.uniform(0.01, 0.05, n), 0 * t)
-
-
-def test_a_plateau_reaches_as_far_as_the_sd_of_the_change_says():
-    rng, errors = np.random.default_rng(6), _Errors(drifting())
-    assert errors.growth > 0
-    for _ in range(60):
-        before, turn, after = rng.integers(110) + np.sort(rng.choice(8, 3, replace=False))
-        height = 0.3 * rng.normal(size=120)
-
-        def near(k, turn=turn, height=height):
-            return abs(height[k] - height[turn]) <= 2 * errors.change_sd(min(k, turn), max(k, turn))
-
-        first, last = turn, turn
-        while first > before and near(first - 1):
-            first -= 1
-        while last < after and near(last + 1):
-            last += 1
-        assert errors.level(height, before, turn, after) == pytest.approx(height[first : last + 1].mean())
-
-
-def test_the_sd_of_a_change_counts_both_ends_and_not_the_clock():
-    t = np.arange(100.0)
-    sds = np.linspace(0.1, 0.4, 100)[::-1]  # the variance shrinks: there is no drift
-    far = _Errors(Track(t, 0 * t, 0 * t, sds, np.full(100, 100.0), 0 * t))
-    assert far.change_sd(3, 90) == pytest.approx(np.hypot(sds[3], sds[90]))  # independent
-    early, late = _Errors(drifting()), _Errors(drifting(start=1e4))
-    np.testing.assert_allclose(late.sd_now, early.sd_now, rtol=1e-9)  # of 1e4 + t, not exact in binary
-    assert late.change_sd(5, 80) == pytest.approx(early.change_sd(5, 80), rel=1e-9)
-
-
-def test_what_is_all_drift_still_has_the_error_of_its_velocity():
-    t = np.arange(300.0)
-    track = Track(t, 0 * t, 0 * t, np.sqrt(1e-8 + 0.01 * t), np.full(300, 0.05), 0 * t)
-    assert _Errors(track).sd_now[[0, 10, 200]] == pytest.approx([1e-4, 0.05, 0.05], rel=1e-3)
 
 
 def test_before_the_first_swing_the_extreme_so_far_is_where_it_starts():
