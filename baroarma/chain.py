@@ -39,6 +39,8 @@ from baroarma.track import TrackState
 Signal = NDArray[np.float64]
 LEAST_STEP: Final = 1e-6
 """An interval counts as no less, s, where something is divided by it."""
+MOST_REPEATS: Final = 20
+"""The same altitude to the last bit, so many times in a row, is a barometer that hangs (chosen by us)."""
 PART: Final = 1 << 15
 """Rows that are taken at once: what they need stays in the cache, and the system's memory is left alone."""
 
@@ -85,6 +87,7 @@ class Chain:
         self.attitude, self.height, self.conditioner = attitude, height, conditioner
         self.zero, self.rate_hz, self.with_imu, self.stillness = zero, rate_hz, with_imu, stillness
         self._acceleration, self._velocity, self._age, self._started = 0.0, 0.0, 0.0, False
+        self._altitude, self._repeats = math.nan, 0
 
     def step(
         self, *, dt: float, altitude: float, accel: Signal, gyro: Signal, attitude: Signal | None = None
@@ -106,6 +109,7 @@ class Chain:
             listens: dict[str, Any] = {}
             if self.stillness is not None:
                 still, shaking = self.stillness.step(dt=dt, accel=accel, gyro=gyro)
+                z = float(self._news(np.array([z]))[0])
                 listens = {"at_rest": still, "up": felt.up}
                 sd = shaking if math.isnan(sd) else sd
             state = self.height.step(dt=dt, altitude=z, acceleration=used, acceleration_sd=sd, **listens)
@@ -153,6 +157,7 @@ class Chain:
             listens = {}
             if self.stillness is not None:
                 still, shaking = self.stillness.run(rows.t, rows.accel, rows.gyro, dt)
+                z = self._news(z)
                 listens = {"at_rest": still, "up": felt.up}
                 sd = np.where(np.isnan(sd), shaking, sd)
             height = estimate(rows.t, z, used, sd, **listens)
@@ -166,6 +171,12 @@ class Chain:
         used, sd, held = np.empty(len(t)), np.empty(len(t)), np.empty(len(t))
         self._age = _drive(as_rows(t), before, acceleration, self._age, self._acceleration, used, sd, held)
         return used, sd, held
+
+    def _news(self, altitude: Signal) -> Signal:
+        """Return the altitudes without those that a barometer repeats that hangs: nothing rests as still."""
+        news = altitude.copy()
+        self._altitude, self._repeats = _blank_repeats(news, self._altitude, self._repeats)
+        return news
 
     def _smoother(self, lag: float) -> Callable[..., HeightRun]:
         smooth = getattr(self.height, "smooth", None)
@@ -222,3 +233,16 @@ def _hold(dt: float, acceleration: float, age: float, last: float) -> tuple[floa
         since = age if unfelt and before <= longest else dt  # what was held until now was not felt either
         sd = UNSEEN_WALK * math.sqrt(max(since, LEAST_STEP)) / max(dt, LEAST_STEP)
     return used, sd, last if math.isnan(used) else used, age
+
+
+@njit(cache=True)
+def _blank_repeats(altitude: Signal, last: float, repeats: int) -> tuple[float, int]:
+    """Write NaN over what comes again `MOST_REPEATS` times; return the last number and its count."""
+    for k in range(len(altitude)):
+        z = altitude[k]
+        if not math.isnan(z):
+            repeats = repeats + 1 if z == last else 0
+            last = z
+            if repeats >= MOST_REPEATS:
+                altitude[k] = math.nan
+    return last, repeats

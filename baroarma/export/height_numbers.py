@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from baroarma.atmosphere import STANDARD_GRAVITY
+from baroarma.chain import MOST_REPEATS
 from baroarma.estimators import stillness
 from baroarma.estimators.height import bank
 from baroarma.estimators.height.coloured_kalman import LEFT_BIAS_SD, SHAKING_TIME
@@ -112,7 +113,7 @@ def _bank(rules: bank.Rules) -> Numbers:
         Number("JUMP_ODDS", bank.JUMP_ODDS, "log-odds that a hypothesis loses by needing a jump"),
         Number("PRIOR_ODDS", rules.prior_odds, "log-odds of rest"),
         Number("LONGEST_ODDS", rules.longest_odds, "their limit"),
-        Number("MOST_REPEATS", bank.MOST_REPEATS, "of the same altitude, from which it is no news"),
+        Number("MOST_REPEATS", MOST_REPEATS, "of the same altitude, from which it is no news"),
         Number("MOST_NEWS", bank.MOST_NEWS, "that one altitude may change them by"),
         Number("SURE", bank.SURE, "log-odds from which something is believed at once"),
         Number("CRUISE_SD", rules.cruise_sd, "of the speeds at which things move without being felt, m/s"),

@@ -37,8 +37,6 @@ of a few metres that the IMU did not feel, and that has stayed as it was, is the
 fan; the barometer's offset takes it.  Anything else is the height's, whatever the IMU says: its variance
 grows by the square of the difference, and the filter follows.
 
-An altitude that comes again and again to the last bit is none: the barometer hangs, or its reader does.
-
 A known floor is taken as the height, once in a rest, when no other is as likely.
 """
 
@@ -77,14 +75,12 @@ SINCE, COUNT, JUMP, SUM, FIRST, LATE = 0, 1, 2, 3, 4, 5
 RESTED: Final = 0
 FREE: Final = 1
 FILTERS: Final = 4
-FLAGS: Final = 14
+FLAGS: Final = 12
 """Length of `Filters.memory`; its entries:"""
 _FORKED, _ODDS, _AGE, _SINCE, _OLDER, _ON_FLOOR, _FORK_ROW, _SILENCE = 0, 1, 2, 3, 4, 5, 6, 7
 _RENEWED: Final = 6  # ... 8 and 9: the rows at which filters 2 and 3 last began anew
 _SWAY: Final = 10  # variance of the velocity of what rests
 _REFUTED: Final = 11  # the odds were below -SURE, and have not been above SURE since
-_ALTITUDE: Final = 12  # the last one, m, and by _REPEATS how many times in a row it has come again
-_REPEATS: Final = 13
 AT_REST: Final = 1
 REJECTED: Final = 2
 BELIEVED: Final = 4
@@ -96,8 +92,6 @@ EXACT: Final = 1e-30
 """Variance of a velocity that is known exactly, (m/s)²."""
 SWAY_TIME: Final = 5.0
 """Time constant of the mean square of a resting hand's velocity, s (chosen by us)."""
-MOST_REPEATS: Final = 20
-"""The same altitude to the last bit, that many times in a row, is a barometer that hangs (chosen by us)."""
 MOST_NEWS: Final = 2.0
 """No single altitude may change the log-odds by more (chosen by us): one outlier proves nothing."""
 JUMP_ODDS: Final = 10.0
@@ -145,7 +139,7 @@ class Filters(NamedTuple):
     of the offset), the recent sum of innovations in standard deviations, the mean of those rejected in the
     first half of `recovery` and of late (m)."""
     memory: Signal
-    """Flags and timers, (14,)."""
+    """Flags and timers, (12,)."""
 
 
 class Decisions(NamedTuple):
@@ -167,6 +161,8 @@ class Decisions(NamedTuple):
     """Variance with which v = 0 was taken; NaN: it was not, (n,)."""
     startled: Signal
     """Variance of the velocity that was wrong if this is where a rest begins, (m/s)², (n,)."""
+    released: Signal
+    """Variance that the velocity gained where a rest was over, (m/s)², (n,)."""
 
     @property
     def believed(self) -> NDArray[np.bool_]:
@@ -207,7 +203,7 @@ class Bank:
         n, bank = len(rows.z), self._filters
         now = speaker(bank.memory)
         bank.x[now], bank.P[now] = x, P
-        decisions = Decisions(np.zeros(n, np.uint8), *(np.full(n, np.nan) for _ in range(7)))
+        decisions = Decisions(np.zeros(n, np.uint8), *(np.full(n, np.nan) for _ in range(8)))
         run_bank(rows, self.rules, bank, self._size, self._lagged, decisions, out)
         now = speaker(bank.memory)
         x[:], P[:] = bank.x[now], bank.P[now]
@@ -255,10 +251,10 @@ def run_bank(
     gain, work = np.empty(m), np.empty((m + 1, m))
     F, B, Q, ends, columns, transition, H, R, measurement, z = rows[:10]
     dt, u, variance, at_rest, rest_variance, level, level_variance, _, turned, _, _ = rows[10:]
-    bits, floor, jump, odds, innovation, innovation_sd, rested, startled = decisions
+    bits, floor, jump, odds, innovation, innovation_sd, rested, startled, released = decisions
     n = len(z)
     for k in range(n):
-        jump[k], bits[k], startled[k] = doubt[speaker(flags), JUMP], 0, 0.0
+        jump[k], bits[k], startled[k], released[k] = doubt[speaker(flags), JUMP], 0, 0.0, 0.0
         for i in range(_active(flags)):
             if transition[k] >= 0:
                 if lagged is None:
@@ -270,7 +266,7 @@ def run_bank(
             doubt[i, SINCE] += dt[k] if doubt[i, COUNT] > 0.0 else 0.0
         flags[_SILENCE] += dt[k]
         if flags[_FORKED] and (not at_rest[k] or _starts(rules.sway, rules.onset, x, P, flags)):
-            _join(x, P, doubt, flags, bits)
+            released[k] = _join(x, P, doubt, flags, bits)
         if flags[_FORKED] and flags[_ODDS] < -SURE and flags[_AGE] >= rules.recovery - ROUNDING:
             startled[k] = _fork(k, rest_variance[k], rules, FREE, x, P, doubt, flags)
         if at_rest[k] and not flags[_FORKED]:
@@ -283,9 +279,7 @@ def run_bank(
         if not math.isnan(level[k]):
             for i in range(_active(flags)):
                 pin(i, x, P, HEIGHT, level[k], level_variance[k], gain, work, size)
-        if _hangs(z[k], flags):
-            bits[k] = REJECTED
-        elif not math.isnan(z[k]):
+        if not math.isnan(z[k]):
             j, chosen, active = measurement[k], speaker(flags), _active(flags)
             share, news, believed = math.exp(-flags[_SILENCE] / TOGETHER), 0.0, False
             fresh, flags[_SILENCE] = math.sqrt(1.0 - share * share), 0.0
@@ -375,8 +369,10 @@ def weigh_row(
                   floors, floor_variance)
     # fmt: on
     bank = Filters(states, covariances, doubt, flags)
-    bits, cells, out = np.zeros(1, np.uint8), np.full((7, 1), np.nan), np.empty((4, 1))
-    decisions = Decisions(bits, cells[0], cells[1], cells[2], cells[3], cells[4], cells[5], cells[6])
+    bits, cells, out = np.zeros(1, np.uint8), np.full((8, 1), np.nan), np.empty((4, 1))
+    decisions = Decisions(
+        bits, cells[0], cells[1], cells[2], cells[3], cells[4], cells[5], cells[6], cells[7]
+    )
     now = speaker(bank.memory)
     bank.x[now], bank.P[now] = x, P
     run_bank(one_row(Tables(F, B, Q), H, r, first, row), rules, bank, size, lagged, decisions, out)
@@ -393,15 +389,6 @@ def _log_likelihood(bits: NDArray[np.uint8], innovation: Signal, innovation_sd: 
         if not (math.isnan(innovation[k]) or bits[k] & REJECTED):
             total -= 0.5 * (innovation[k] ** 2 + math.log(2.0 * math.pi * innovation_sd[k] ** 2))
     return total
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def _hangs(z: float, flags: Signal) -> bool:
-    """Count how often an altitude has come again, and say whether that is too often for news."""
-    if not math.isnan(z):
-        flags[_REPEATS] = flags[_REPEATS] + 1.0 if z == flags[_ALTITUDE] else 0.0
-        flags[_ALTITUDE] = z
-    return bool(z == flags[_ALTITUDE] and flags[_REPEATS] >= MOST_REPEATS)
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -510,15 +497,20 @@ def _sd_of_both(x: Signal, P: Signal, flags: Signal) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _join(x: Signal, P: Signal, doubt: Signal, flags: Signal, bits: NDArray[np.uint8]) -> None:
-    """Go on with one filter, whose velocity may have been the other one's: the rest is over."""
+def _join(x: Signal, P: Signal, doubt: Signal, flags: Signal, bits: NDArray[np.uint8]) -> float:
+    """Go on with one filter: the rest is over.
+
+    The velocity may have been the other one's; return the variance that this adds.
+    """
     rested = int(flags[_OLDER])
     one, other = (rested, FREE) if speaker(flags) == RESTED else (FREE, rested)
     if one == rested:
         _mark(flags, bits)
     _copy(one, 0, x, P, doubt)
-    P[0, VELOCITY, VELOCITY] += _chance(flags) * (x[other, VELOCITY] - x[one, VELOCITY]) ** 2
+    released = _chance(flags) * (x[other, VELOCITY] - x[one, VELOCITY]) ** 2
+    P[0, VELOCITY, VELOCITY] += released
     flags[_FORKED] = 0.0
+    return float(released)
 
 
 @njit(cache=True, error_model="numpy")

@@ -335,7 +335,7 @@ class ColouredKalman(LinearHeight):
         decided = rows._replace(
             z=np.where(rejected, np.nan, rows.z),
             at_rest=at_rest,
-            startled=np.where(at_rest, decisions.startled, 0.0),
+            startled=np.where(at_rest, decisions.startled, 0.0) + decisions.released,
             rest_variance=decisions.rest_variance,
             level=np.where(on_floor, decisions.floor, rows.level),
             level_variance=np.where(on_floor, self._bank.rules.floor_variance, rows.level_variance),

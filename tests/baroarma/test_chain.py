@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from baroarma.chain import _hold
+from baroarma.chain import _blank_repeats, _hold
 from baroarma.estimators.base import UNFELT, UNSEEN_WALK
 from baroarma.simulation import BMP085, simulate
 from baroarma.tracker import Tracker
@@ -107,3 +107,24 @@ def test_what_was_not_felt_for_long_lets_the_velocity_wander_from_the_last_sampl
     else:
         assert variance == 0.0
     assert math.isnan(sd[-1])  # a new sample is the filter's own again
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_barometer_that_hangs_stops_no_lift(seed):
+    log = simulate("lift", duration=60, speed=1.0, climb=40.0, seed=seed)
+    hangs = (log.t > 20) & (log.t < 25)
+    pressure = log.pressure.copy()
+    pressure[hangs] = pressure[hangs][0]
+    track = Tracker(noise=BMP085.noise).run(replace(log, pressure=pressure))
+    # 20 equal altitudes, 0.4 s, say little against what was felt; five seconds of them would be a sure rest
+    assert np.abs(track.velocity - log.reference_velocity)[hangs].max() < 0.15
+
+
+def test_what_comes_again_is_news_until_the_twentieth_time():
+    z = np.array([1.0, np.nan, *[2.0] * 15, np.nan, *[2.0] * 10, 3.0])
+    news, last, repeats = z.copy(), np.nan, 0
+    for part in (slice(0, 12), slice(12, None)):
+        last, repeats = _blank_repeats(news[part], last, repeats)
+    blank = np.flatnonzero(np.isnan(news) & ~np.isnan(z))
+    assert blank.tolist() == [23, 24, 25, 26, 27]
+    assert (last, repeats) == (3.0, 0)

@@ -101,7 +101,7 @@ def test_the_first_part_grows_until_it_can_align(log, tmp_path, monkeypatch):
 
 
 def test_a_track_that_leaves_the_barometer_late_is_found_out(log, tmp_path, small_parts):
-    gone = replace(log, accel=log.accel + np.where(log.t[:, None] > 12, 3.0, 0.0) * [0, 0, 1])
+    gone = replace(log, accel=log.accel + np.where(log.t[:, None] > 12, 4.0, 0.0) * [0, 0, 1])
     write_csv(gone, path := tmp_path / "log.parquet")
     tracker = Tracker.preset("sg14-a")
     found, whole = track_file(tracker, LongRecording(path), io.StringIO()), tracker.run(read(path))

@@ -13,8 +13,8 @@ from baroarma.arma import ArmaModel
 from baroarma.finding import Finding
 from baroarma.identification import windows
 from baroarma.identification.arma_fit import WindowFits, coefficient_covariance
-from baroarma.identification.diagnostics import whiteness_of_windows
 from baroarma.identification.preprocessing import Conditioned, Trimmed, WindowSettings, trimmed_mean
+from baroarma.identification.whiteness import whiteness_of_windows
 from baroarma.identification.windows import WindowsResult, identify_windows
 from baroarma.noise_model import NoiseModel
 

@@ -302,18 +302,6 @@ def test_single_spikes_of_any_size_are_as_if_there_had_been_no_sample(motion, lo
     np.testing.assert_allclose(spiked.velocity, missing.velocity, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_a_barometer_that_hangs_stops_no_ride(seed):
-    height, samples = ride(1.0, seed=seed)
-    samples["acceleration"][500] += 1.0 / 0.02  # the start is felt
-    t, altitude = samples["t"], samples["altitude"]
-    height = np.where(t > 10.02, height, 0.0)
-    hangs = (t > 40) & (t < 45)
-    altitude[hangs] = altitude[hangs][0]
-    # 20 equal altitudes, 0.4 s, say little against 30 s before; five seconds of them would be a sure rest
-    assert np.abs(make().run(**samples).velocity - 1.0)[hangs].max() < 0.15
-
-
 @pytest.mark.parametrize("size", [5.0, -20.0, 200.0])
 @pytest.mark.parametrize("motion", ["rest", "squat"])
 def test_a_slammed_door_of_six_tenths_of_a_second_is_ignored(motion, size, logs, tracks):
