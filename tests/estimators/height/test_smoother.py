@@ -113,7 +113,8 @@ def solve(t, z, u, decided, **sds):
     """Return smoothed height, velocity and their sds, given what was decided: one big linear solve."""
     rest = decided.bits & AT_REST > 0
     seen = np.isfinite(z) & (decided.bits & REJECTED == 0)
-    hh, vv, vh, samples = joint(t, decided.jump, np.where(rest, decided.startled, 0.0) + decided.released, **sds)
+    loose = np.where(rest, decided.startled, 0.0) + decided.released
+    hh, vv, vh, samples = joint(t, decided.jump, loose, **sds)
     to_height, to_velocity = dense.motion_maps(t)
     S = np.block(
         [
