@@ -109,7 +109,7 @@ class Chain:
             listens: dict[str, Any] = {}
             if self.stillness is not None:
                 still, shaking = self.stillness.step(dt=dt, accel=accel, gyro=gyro)
-                z = float(self._news(np.array([z]))[0])
+                z, self._altitude, self._repeats = _heed(z, self._altitude, self._repeats)
                 listens = {"at_rest": still, "up": felt.up}
                 sd = shaking if math.isnan(sd) else sd
             state = self.height.step(dt=dt, altitude=z, acceleration=used, acceleration_sd=sd, **listens)
@@ -157,7 +157,7 @@ class Chain:
             listens = {}
             if self.stillness is not None:
                 still, shaking = self.stillness.run(rows.t, rows.accel, rows.gyro, dt)
-                z = self._news(z)
+                self._altitude, self._repeats = _blank_repeats(z, self._altitude, self._repeats)
                 listens = {"at_rest": still, "up": felt.up}
                 sd = np.where(np.isnan(sd), shaking, sd)
             height = estimate(rows.t, z, used, sd, **listens)
@@ -171,12 +171,6 @@ class Chain:
         used, sd, held = np.empty(len(t)), np.empty(len(t)), np.empty(len(t))
         self._age = _drive(as_rows(t), before, acceleration, self._age, self._acceleration, used, sd, held)
         return used, sd, held
-
-    def _news(self, altitude: Signal) -> Signal:
-        """Return the altitudes without those that a barometer repeats that hangs: nothing rests as still."""
-        news = altitude.copy()
-        self._altitude, self._repeats = _blank_repeats(news, self._altitude, self._repeats)
-        return news
 
     def _smoother(self, lag: float) -> Callable[..., HeightRun]:
         smooth = getattr(self.height, "smooth", None)
@@ -237,12 +231,19 @@ def _hold(dt: float, acceleration: float, age: float, last: float) -> tuple[floa
 
 @njit(cache=True)
 def _blank_repeats(altitude: Signal, last: float, repeats: int) -> tuple[float, int]:
-    """Write NaN over what comes again `MOST_REPEATS` times; return the last number and its count."""
+    """Leave of altitudes what is news; return the last one, and how many times in a row it has come again."""
     for k in range(len(altitude)):
-        z = altitude[k]
-        if not math.isnan(z):
-            repeats = repeats + 1 if z == last else 0
-            last = z
-            if repeats >= MOST_REPEATS:
-                altitude[k] = math.nan
+        altitude[k], last, repeats = _heed(altitude[k], last, repeats)
     return last, repeats
+
+
+@njit(cache=True)
+def _heed(altitude: float, last: float, repeats: int) -> tuple[float, float, int]:
+    """Return an altitude if it is news, else NaN; then what `_blank_repeats` does.
+
+    Nothing rests as still as a barometer that hangs.
+    """
+    if math.isnan(altitude):
+        return altitude, last, repeats
+    repeats = repeats + 1 if altitude == last else 0
+    return (math.nan if repeats >= MOST_REPEATS else altitude), altitude, repeats

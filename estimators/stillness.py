@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.compiled import as_rows, njit
+from baroarma.estimators.attitude.samples import MOST_FORCE, MOST_RATE
 from baroarma.estimators.base import ROUNDING, Alignment, Signal
 
 SETTLED: Final = 0.5
@@ -50,10 +51,6 @@ DEFAULT_SD: Final = (0.04, 0.003)
 """Noise where no rest tells it, m/s² and rad/s."""
 LARGEST_SD: Final = (0.2, 0.05)
 """Noise beyond which the rest was none, m/s² and rad/s."""
-
-
-LARGEST: Final = (1000.0, 100.0)
-"""What is no sample but a broken transfer, m/s² and rad/s, as in `attitude.samples`."""
 SHAKING_TIME: Final = 10.0
 """Time constant of the mean of squared differences, s."""
 SHAKEN: Final = 1.2
@@ -169,7 +166,7 @@ def _run(
         age, silence = memory[_AGE] + dt[k], memory[_SILENCE] + dt[k]
         force = f[k, 0] * f[k, 0] + f[k, 1] * f[k, 1] + f[k, 2] * f[k, 2]
         rate = w[k, 0] * w[k, 0] + w[k, 1] * w[k, 1] + w[k, 2] * w[k, 2]
-        if force < LARGEST[0] ** 2 and rate < LARGEST[1] ** 2:
+        if force < MOST_FORCE**2 and rate < MOST_RATE**2:
             goes_on = silence <= LONGEST_SILENCE + ROUNDING
             if goes_on:
                 share = dt[k] / (SHORT_MEAN + dt[k])

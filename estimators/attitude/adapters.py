@@ -21,7 +21,6 @@ import numpy as np
 
 from baroarma.atmosphere import STANDARD_GRAVITY
 from baroarma.compiled import as_array
-from baroarma.estimators.attitude.quaternion_matrices import fill_level
 from baroarma.estimators.attitude.samples import (
     forget_rate,
     has_vertical,
@@ -30,7 +29,7 @@ from baroarma.estimators.attitude.samples import (
     levelled,
     take_rate,
 )
-from baroarma.estimators.attitude.vertical import project
+from baroarma.estimators.attitude.vertical import fill_level, project
 from baroarma.estimators.base import Alignment, AttitudeEstimator, AttitudeRun, AttitudeState, Signal
 from baroarma.rotation import up_from_quaternion
 

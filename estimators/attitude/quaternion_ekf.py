@@ -37,7 +37,6 @@ from baroarma.atmosphere import STANDARD_GRAVITY
 from baroarma.estimators.attitude.quaternion_kernel import run_quaternion_ekf
 from baroarma.estimators.attitude.quaternion_matrices import (
     EkfSettings,
-    fill_level,
     fill_quaternion_noise,
     fill_quaternion_transition,
     fill_turn_covariance,
@@ -47,7 +46,7 @@ from baroarma.estimators.attitude.quaternion_matrices import (
 )
 from baroarma.estimators.attitude.samples import is_sample
 from baroarma.estimators.attitude.six_axis import SixAxisFilter
-from baroarma.estimators.attitude.vertical import normalise, vertical_acceleration
+from baroarma.estimators.attitude.vertical import fill_level, normalise, vertical_acceleration
 from baroarma.estimators.base import Alignment, AttitudeRun, AttitudeState, Signal
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from baroarma.compiled import inlined, njit
 from baroarma.estimators.attitude.samples import has_vertical
+from baroarma.estimators.attitude.vertical import fill_level
 
 Array = NDArray[np.float64]
 Vector = tuple[float, ...] | Array
@@ -62,20 +63,6 @@ def up_gradient(q: Vector, c: int) -> Vector:
     if c == 1:
         return 2 * q[3], 2 * q[2], 2 * q[1], 2 * q[0]
     return -4 * q[0], -4 * q[1], 0.0, 0.0
-
-
-@njit(cache=True)
-def fill_level(q: Array, up: Array) -> None:
-    """Write the shortest rotation that has this vertical, of any length; upside down it is a turn about x."""
-    horizontal = math.hypot(up[0], up[1])
-    half = math.atan2(horizontal, up[2]) / 2
-    q[:] = 0.0
-    q[3] = math.cos(half)
-    if horizontal > 0:
-        q[0] = math.sin(half) * up[1] / horizontal
-        q[1] = -math.sin(half) * up[0] / horizontal
-    else:
-        q[0] = math.sin(half)
 
 
 @njit(cache=True)

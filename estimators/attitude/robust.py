@@ -44,6 +44,7 @@ from filterpy.kalman import KalmanFilter
 from baroarma.compiled import as_array
 from baroarma.estimators.attitude import robust_kernels
 from baroarma.estimators.attitude.robust_kernels import STATES, SUMS, RobustSettings, RobustState
+from baroarma.estimators.attitude.vertical import fill_level
 from baroarma.estimators.base import (
     LONGEST_HOLD,
     UNFELT,
@@ -181,7 +182,7 @@ class RobustAttitude(AttitudeEstimator, KalmanFilter):
             bias_sd = math.hypot(BIAS_SD, np.nan_to_num(start.gyro_bias_sd))
         self.initial_sd = np.repeat([tilt_sd, INITIAL_VELOCITY_SD, bias_sd, scale_sd], [2, 2, 3, 3])
         self.q = np.empty(4)
-        robust_kernels.fill_level(self.q, *start.up)
+        fill_level(self.q, start.up)
         self.estimate = np.array([0.0, 0.0, *start.gyro_bias, 0.0, 0.0, 0.0])
         self.held = np.array([*start.gyro_bias, 0.0, 0.0, start.gravity])
         self.age, self.flow, self.sums = np.zeros(4), np.zeros((6, 6)), np.zeros(SUMS)

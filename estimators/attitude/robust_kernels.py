@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baroarma.compiled import njit
-from baroarma.estimators.attitude.samples import LEVELLING_SD, MOST_FORCE, MOST_RATE
+from baroarma.estimators.attitude.samples import LEVELLING_SD, MOST_FORCE, MOST_RATE, is_rate, is_sample
+from baroarma.estimators.attitude.vertical import fill_level
 from baroarma.estimators.base import ROUNDING
 
 Array = NDArray[np.float64]
@@ -104,12 +105,6 @@ RIDE_SD: Final = 10.0
 
 
 @njit(cache=True, error_model="numpy")
-def is_sample(v: Array) -> bool:
-    """Return whether all three components are there."""
-    return math.isfinite(v[0]) and math.isfinite(v[1]) and math.isfinite(v[2])
-
-
-@njit(cache=True, error_model="numpy")
 def turn(q: Array, x: float, y: float, z: float) -> None:
     """Let q = q exp((x, y, z) / 2), a turn by so many rad about body axes."""
     half = 0.5 * math.sqrt(x * x + y * y + z * z)
@@ -131,17 +126,6 @@ def fill_rotation(C: Array, q: Array) -> None:
     C[2, 0], C[2, 1], C[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
 
 
-@njit(cache=True, error_model="numpy")
-def fill_level(q: Array, x: float, y: float, z: float) -> None:
-    """Write the shortest rotation with this vertical, of any length; upside down it is a turn about x."""
-    horizontal = math.hypot(x, y)
-    half = math.atan2(horizontal, z) / 2
-    s = math.sin(half) / horizontal if horizontal > 0 else 0.0
-    q[0], q[1], q[2], q[3] = s * y, -s * x, 0.0, math.cos(half)
-    if horizontal == 0:
-        q[0] = math.sin(half)
-
-
 @njit(cache=True, error_model="numpy", inline="always")
 def rotate(
     dt: float,
@@ -161,7 +145,7 @@ def rotate(
     over all the time from sample to sample.
     """
     late, gx, gy, gz = 0.0, held[0], held[1], held[2]
-    if is_sample(gyro):
+    if is_rate(gyro):
         late, gx, gy, gz = 0.5 * age[0], gyro[0], gyro[1], gyro[2]
         if age[0] > BLIND_TURN:
             age[3] = 1.0
@@ -345,7 +329,7 @@ def level_anew(
     """Take the tilt from a specific force, body axes; return False in free fall, which has no vertical."""
     if math.sqrt(fx * fx + fy * fy + fz * fz) < 0.5 * s.gravity:
         return False
-    fill_level(m.q, fx, fy, fz)
+    fill_level(m.q, (fx, fy, fz))
     fill_rotation(C, m.q)
     m.P[:4, :] = 0.0
     m.P[:, :4] = 0.0
@@ -375,7 +359,7 @@ def restart(accel: Array, gyro: Array, s: RobustSettings, m: RobustState, C: Arr
     """Go on from a tilt taken anew with this row's samples; without one, as if at rest."""
     m.age[0] = m.age[1] = 0.0
     for i in range(3):
-        m.held[i] = gyro[i] if is_sample(gyro) else m.estimate[2 + i]
+        m.held[i] = gyro[i] if is_rate(gyro) else m.estimate[2 + i]
         m.held[3 + i] = s.gravity if i == 2 else 0.0
         if is_sample(accel):
             m.held[3 + i] = C[i, 0] * accel[0] + C[i, 1] * accel[1] + C[i, 2] * accel[2]
@@ -467,7 +451,7 @@ def screen(dt: float, force: Array, rate: Array, s: RobustSettings, m: RobustSta
     """
     held, doubt = m.held, m.doubt
     lost = (is_zero(force) and is_zero(rate)) or is_stuck(dt, force, rate, s, m)
-    there, turns = is_within(force, MOST_FORCE) and not lost, is_within(rate, MOST_RATE) and not lost
+    there, turns = is_sample(force) and not lost, is_rate(rate) and not lost
     jump, turning, doubted = 0.0, 0.0, False
     for i in range(3):
         jump += (C[i, 0] * force[0] + C[i, 1] * force[1] + C[i, 2] * force[2] - held[3 + i]) ** 2
@@ -501,12 +485,6 @@ def is_stuck(dt: float, force: Array, rate: Array, s: RobustSettings, m: RobustS
         return False
     m.age[0], m.age[1] = max(m.age[0], same[0]), max(m.age[1], same[0])
     return True
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def is_within(v: Array, most: float) -> bool:
-    """Return whether a sample is there, and no longer than a sensor can tell."""
-    return bool(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] < most * most)
 
 
 @njit(cache=True, error_model="numpy", inline="always")

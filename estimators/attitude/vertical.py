@@ -1,4 +1,4 @@
-"""The vertical acceleration of a specific force, and how well it is known when the tilt is not."""
+"""A rotation with a given vertical; the acceleration along it, and how well that is known."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from baroarma.compiled import njit
 from baroarma.estimators.attitude.samples import is_sample
 
 Array = NDArray[np.float64]
+Vector = tuple[float, ...] | Array
 
 
 @njit(cache=True)
@@ -67,3 +68,17 @@ def normalise(v: Array) -> None:
     norm = math.sqrt(square)
     for i in range(len(v)):
         v[i] /= norm
+
+
+@njit(cache=True)
+def fill_level(q: Array, up: Vector) -> None:
+    """Write the shortest rotation that has this vertical, of any length; upside down it is a turn about x."""
+    horizontal = math.hypot(up[0], up[1])
+    half = math.atan2(horizontal, up[2]) / 2
+    q[:] = 0.0
+    q[3] = math.cos(half)
+    if horizontal > 0:
+        q[0] = math.sin(half) * up[1] / horizontal
+        q[1] = -math.sin(half) * up[0] / horizontal
+    else:
+        q[0] = math.sin(half)

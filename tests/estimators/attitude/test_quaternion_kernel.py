@@ -27,19 +27,8 @@ SETTINGS = EkfSettings(0.02, 0.1, 5e-4, 0.0, 1.5, 0.01, 0.001)
 EXACT = {"rtol": 0.0, "atol": 1e-13}  # rounding of numbers of order 1 to 10
 
 
-def covariance(n, scale=1.0):
-    root = RNG.normal(size=(n, n))
-    return scale * root @ root.T / n
-
-
-def fill(function, shape, *args):
-    out = np.zeros(shape)
-    function(out, *args)
-    return out
-
-
 @pytest.mark.parametrize("decay", [0.0, 2.0])
-def test_the_prediction_in_blocks_is_filterpys(decay):
+def test_the_prediction_in_blocks_is_filterpys(decay, covariance, fill):
     s, x, P = SETTINGS._replace(bias_decay=decay), np.append(Q, RNG.normal(size=3)), covariance(7)
     kf = KalmanFilter(7, 3)
     kf.x, kf.P = x.copy(), P.copy()
@@ -52,7 +41,9 @@ def test_the_prediction_in_blocks_is_filterpys(decay):
 
 
 @pytest.mark.parametrize("beyond", [(), (0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)])
-def test_one_component_after_the_other_is_filterpys_update_with_those_within_the_gate(beyond):
+def test_one_component_after_the_other_is_filterpys_update_with_those_within_the_gate(
+    beyond, covariance, fill
+):
     x, P = np.append(Q, RNG.normal(size=3)), covariance(7, 0.01)
     P += 0.01 * np.eye(7)
     force = 9.8 * fill(fill_up, 3, Q) + x[4:] + RNG.uniform(-1, 1, 3)  # the gate is 1.5

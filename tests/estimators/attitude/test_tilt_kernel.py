@@ -23,19 +23,8 @@ RATE = np.array([0.7, -1.9, 2.6, 0.0])  # the last is the age of the sample
 EXACT = {"rtol": 0.0, "atol": 1e-13}  # rounding of numbers of order 1 to 10
 
 
-def covariance(n, scale=1.0):
-    root = RNG.normal(size=(n, n))
-    return scale * root @ root.T / n
-
-
-def fill(function, shape, *args):
-    out = np.zeros(shape)
-    function(out, *args)
-    return out
-
-
 @pytest.mark.parametrize("exponential", [True, False])
-def test_the_tilts_prediction_and_update_are_filterpys(exponential):
+def test_the_tilts_prediction_and_update_are_filterpys(exponential, covariance, fill):
     s, (Z, a, f), P = TiltSettings(0.02, 0.1, 0.3, exponential), RNG.normal(size=(3, 3)), covariance(3)
     kf = KalmanFilter(3, 3)
     kf.x, kf.P, kf.H = Z.copy(), P.copy(), 9.8 * np.eye(3)
@@ -50,14 +39,14 @@ def test_the_tilts_prediction_and_update_are_filterpys(exponential):
     np.testing.assert_allclose(P, kf.P, rtol=0, atol=1e-11)
 
 
-def test_the_vertical_turns_against_the_body():
+def test_the_vertical_turns_against_the_body(fill):
     F = fill(fill_tilt_transition, (3, 3), RATE, 0.3, True)
     np.testing.assert_allclose(F, expm(-0.3 * skew(RATE[:3])), **EXACT)
     first = fill(fill_tilt_transition, (3, 3), RATE, 0.3, False)
     np.testing.assert_allclose(first, np.eye(3) - 0.3 * skew(RATE[:3]), **EXACT)
 
 
-def test_tilt_noise_is_the_cross_product_with_gyro_noise():
+def test_tilt_noise_is_the_cross_product_with_gyro_noise(fill):
     Z = RNG.normal(size=3)
     noise = fill(fill_tilt_noise, (3, 3), Z, 0.02, 0.1)
     np.testing.assert_allclose(noise, -((0.02 * 0.1) ** 2) * skew(Z) @ skew(Z), atol=1e-18)
@@ -65,7 +54,7 @@ def test_tilt_noise_is_the_cross_product_with_gyro_noise():
 
 
 @pytest.mark.parametrize("exponential", [True, False])
-def test_a_resting_gyro_turns_no_vertical(exponential):
+def test_a_resting_gyro_turns_no_vertical(exponential, fill):
     F = fill(fill_tilt_transition, (3, 3), np.zeros(4), 0.02, exponential)
     np.testing.assert_array_equal(F, np.eye(3))
 
